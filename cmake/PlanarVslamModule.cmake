@@ -1,0 +1,32 @@
+# The warnings every file of ours compiles under. Third-party headers come in as SYSTEM.
+add_library(pv_warnings INTERFACE)
+target_compile_options(pv_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion
+  $<$<BOOL:${PLANAR_VSLAM_WERROR}>:-Werror>)
+
+# pv_module(NAME [ROOT dir] [DEPENDS module-or-library...] [PRIVATE library...])
+# Makes the static library pv_NAME of src/NAME/*.cpp (headers include/planar_vslam/NAME), or of ROOT/src/*.cpp
+# (headers ROOT/include/planar_vslam/NAME). A bare name in DEPENDS is another module.
+function(pv_module NAME)
+  cmake_parse_arguments(ARG "" "ROOT" "DEPENDS;PRIVATE" ${ARGN})
+  if(ARG_ROOT)
+    set(source_dir ${CMAKE_CURRENT_SOURCE_DIR}/${ARG_ROOT}/src)
+    set(include_dir ${CMAKE_CURRENT_SOURCE_DIR}/${ARG_ROOT}/include)
+  else()
+    set(source_dir ${CMAKE_CURRENT_SOURCE_DIR}/src/${NAME})
+    set(include_dir ${CMAKE_CURRENT_SOURCE_DIR}/include)
+  endif()
+  file(GLOB sources CONFIGURE_DEPENDS ${source_dir}/*.cpp)
+  if(NOT sources)
+    return()
+  endif()
+  add_library(pv_${NAME} STATIC ${sources})
+  target_include_directories(pv_${NAME} PUBLIC ${include_dir} PRIVATE ${source_dir})
+  target_link_libraries(pv_${NAME} PUBLIC pv::eigen PRIVATE pv_warnings ${ARG_PRIVATE})
+  foreach(dependency ${ARG_DEPENDS})
+    if(dependency MATCHES "::")
+      target_link_libraries(pv_${NAME} PUBLIC ${dependency})
+    else()
+      target_link_libraries(pv_${NAME} PUBLIC pv_${dependency})
+    endif()
+  endforeach()
+endfunction()

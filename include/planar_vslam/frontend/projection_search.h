@@ -1,0 +1,40 @@
+#pragma once
+// Matching landmarks to keypoints by projecting them into a frame whose pose is roughly known.
+#include <vector>
+
+#include "planar_vslam/map/map.h"
+#include "planar_vslam/map/predicted_view.h"
+#include "planar_vslam/sensor/camera_model.h"
+
+namespace planar_vslam {
+
+struct ProjectionSearchOptions {
+  double radius = 4.0;        // px at octave 0; grows with the predicted octave's scale
+  int max_distance = 80;      // bits
+  double ratio = 0.8;         // best below ratio * second best, when both have the same octave
+};
+
+// What a frame shows of the landmarks asked for. `landmarks` has one entry per keypoint, invalid where unmatched.
+struct FrameMatches {
+  std::vector<LandmarkId> landmarks;
+  std::vector<LandmarkId> visible;  // landmarks that should be seen: in the image, at a plausible distance and angle
+  int count = 0;                    // matched keypoints
+};
+
+// Adds matches for `candidates` (ids that no longer exist are passed over) to `matches`, leaving the keypoints that are
+// already matched and the landmarks already in `matches` alone. One-to-one.
+void SearchByProjection(const Map& map, const std::vector<LandmarkId>& candidates, const Rigid3& T_map_camera,
+                        const CameraModel& camera, const FrameFeatures& features, const ProjectionSearchOptions& options,
+                        FrameMatches* matches);
+
+// The keyframes that see the matched landmarks, most votes first, at most `limit`.
+std::vector<KeyframeId> VotedKeyframes(const Map& map, const std::vector<LandmarkId>& landmarks, std::size_t limit);
+
+// Keyframes whose camera is within `distance` of `T_map_camera` and looks within `angle` of it, nearest first.
+std::vector<KeyframeId> NearbyKeyframes(const Map& map, const Rigid3& T_map_camera, double distance, double angle,
+                                        std::size_t limit);
+
+// Union of the landmarks seen by `keyframes`, ascending.
+std::vector<LandmarkId> LandmarksOf(const Map& map, const std::vector<KeyframeId>& keyframes);
+
+}  // namespace planar_vslam

@@ -1,0 +1,28 @@
+#pragma once
+// Pose of a frame against single keyframes of the map, with no idea where the camera is: descriptor matching to the
+// landmarks a keyframe sees, PnP in RANSAC.
+#include <optional>
+#include <vector>
+
+#include "planar_vslam/frontend/projection_search.h"
+#include "planar_vslam/map/map.h"
+#include "planar_vslam/sensor/camera_model.h"
+
+namespace planar_vslam {
+
+struct RelocalizerOptions {
+  int min_matches = 15;
+  int min_inliers = 12;         // of PnP
+  double reprojection = 4.0;    // px at octave 0
+  int ransac_iterations = 100;
+};
+
+// Camera pose and matches against `keyframe`; nothing when they do not agree on one.
+struct RelocalizationHypothesis {
+  Rigid3 T_map_camera;
+  FrameMatches matches;
+};
+std::optional<RelocalizationHypothesis> RelocalizeAgainst(const Map& map, KeyframeId keyframe, const FrameFeatures& features,
+                                                          const CameraModel& camera, const RelocalizerOptions& options);
+
+}  // namespace planar_vslam

@@ -1,0 +1,117 @@
+#pragma once
+// Pose of every frame: odometry prediction, search by projection, local map, robust pose-only optimisation. When vision
+// fails on a metric map the pose is the odometry prediction with growing covariance, and every further frame first
+// tries to re-match the map projected around that prediction.
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "planar_vslam/frontend/projection_search.h"
+#include "planar_vslam/map/map.h"
+#include "planar_vslam/planar/odometry_noise.h"
+#include "planar_vslam/planar/planar_prior.h"
+#include "planar_vslam/planar/preintegration.h"
+#include "planar_vslam/sensor/camera_model.h"
+
+namespace planar_vslam {
+
+enum class TrackStatus {
+  kTracking,      // pose from vision (and odometry)
+  kRelocalized,   // the same, first frame after a time without
+  kOdometry,      // pose predicted by odometry
+  kLost,          // no pose
+};
+
+struct TrackerOptions {
+  double pixel_sigma = 1.0;             // px at octave 0
+  double frame_search_radius = 15.0;    // px, landmarks of the last frame around the prediction
+  double map_search_radius = 4.0;       // px, local map around the first estimate
+  double rematch_radius_max = 40.0;     // px, cap of the search while on odometry
+  int min_inliers = 25;                 // for a pose from vision alone
+  int min_inliers_odometry = 12;        // when odometry takes part and agrees
+  int min_inliers_rematch = 20;         // to leave the odometry state
+  int local_keyframes = 20;             // in the local map
+  double nearby_distance = 2.0;         // m, keyframes this near join the local map of a metric map
+  double nearby_angle = DegreesToRadians(40.0);   // rad, ...looking this much the same way
+  double keyframe_ratio = 0.75;         // new keyframe when fewer than this share of the reference's landmarks remain
+  double keyframe_distance = 0.12;      // ...or the camera moved this share of the median depth
+  double keyframe_angle = DegreesToRadians(12.0);  // rad, ...or turned this much
+  int keyframe_min_gap = 2;             // frames between keyframes
+  int keyframe_min_features = 60;       // an image with fewer keypoints makes no keyframe on odometry alone
+
+  std::vector<std::string> Problems() const;
+};
+
+struct TrackerContext {
+  CameraModel camera;
+  OdometryNoise odometry_noise;
+  PlanarPriorOptions planar;
+  TrackerOptions options;
+};
+
+struct TrackInput {
+  Timestamp stamp;
+  FrameFeaturesPtr features;
+  Rigid3 T_base_camera;
+  std::optional<PreintegratedOdometry> odometry;   // since the last tracked frame
+};
+
+struct TrackResult {
+  TrackStatus status = TrackStatus::kLost;
+  Rigid3 T_map_base;
+  Matrix6d covariance = Matrix6d::Identity();   // of a right perturbation [translation, rotation]
+  KeyframeId reference;                         // keyframe the pose is relative to
+  Rigid3 T_ref_base;
+  int inliers = 0;
+  bool odometry_rejected = false;               // vision and odometry disagreed (slip): odometry did not take part
+  bool wants_keyframe = false;
+  FrameMatches matches;                         // inliers only
+};
+
+class Tracker {
+ public:
+  explicit Tracker(const TrackerContext& context) : context_(context) {}
+
+  // Starts from a frame whose pose and matches are known: the newest keyframe of a fresh map.
+  void Start(const Map& map, KeyframeId keyframe);
+  // The map was scaled as a whole: relative motions of the camera scale with it.
+  void OnMapScaled(const Map& map, double scale);
+  // Tells that `keyframe` was made, T_keyframe_last (bases) ago: it becomes the reference.
+  void OnKeyframe(const Map& map, KeyframeId keyframe, const Rigid3& T_keyframe_last);
+
+  TrackResult Track(const TrackInput& input, const Map& map);
+
+ private:
+  struct LastFrame {
+    KeyframeId reference;
+    Rigid3 T_map_ref;                    // as last seen, for when the reference has been culled
+    Rigid3 T_ref_base;
+    Rigid3 T_base_camera;
+    std::vector<LandmarkId> landmarks;   // matched ones only
+    Matrix6d covariance = Matrix6d::Zero();
+  };
+  struct Prediction {
+    Rigid3 T_map_base;
+    Matrix6d covariance;
+    bool from_odometry = false;
+  };
+
+  Rigid3 ReferencePose(const Map& map) const;
+  Prediction Predict(const TrackInput& input, const Map& map) const;
+  bool TrackLastFrame(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result) const;
+  bool Rematch(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result) const;
+  bool TrackLocalMap(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result) const;
+  bool Optimize(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result) const;
+  bool EnoughInliers(const Prediction& prediction, const TrackResult& result) const;
+  bool WantsKeyframe(const TrackInput& input, const Map& map, const TrackResult& result) const;
+  void Remember(const TrackInput& input, const Map& map, TrackResult* result);
+
+  TrackerContext context_;
+  LastFrame last_;
+  std::optional<Rigid3> velocity_;    // T_last_base of the frame before: constant-motion model without odometry
+  bool visually_tracked_ = false;     // the last frame was
+  int frames_since_keyframe_ = 0;
+  int reference_landmarks_ = 0;       // tracked in the reference keyframe when it was made
+};
+
+}  // namespace planar_vslam

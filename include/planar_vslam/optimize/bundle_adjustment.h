@@ -1,0 +1,59 @@
+#pragma once
+// Bundle adjustment over part of a map or all of it, with Ceres:
+//   sum rho_huber(|e_reprojection|^2 / sigma^2) + sum rho(|e_odometry|^2_Sigma) + sum |e_planar|^2
+// over base poses T_map_base (camera through T_base_camera at that stamp) and points. Values in, values out.
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "planar_vslam/map/map.h"
+#include "planar_vslam/map/map_edit.h"
+#include "planar_vslam/planar/odometry_noise.h"
+#include "planar_vslam/planar/planar_prior.h"
+#include "planar_vslam/sensor/camera_model.h"
+
+namespace planar_vslam {
+
+struct BundleOptions {
+  int max_iterations = 10;            // of the first round and of the second each
+  bool drop_outliers = true;          // second round without observations beyond the 95 % chi-square limit
+  double pixel_sigma = 1.0;           // px at octave 0; grows with the octave's scale
+  double odometry_huber = 3.5;        // in units of the 6-D Mahalanobis norm
+  bool use_odometry = true;
+  std::vector<std::string> Problems() const;
+};
+
+struct BundleRequest {
+  std::vector<KeyframeId> free_keyframes;    // ascending
+  std::vector<KeyframeId> fixed_keyframes;   // ascending, disjoint from the free ones
+  std::vector<LandmarkId> landmarks;         // ascending; observations in other keyframes are left out
+};
+
+struct BundleContext {
+  CameraModel camera;
+  OdometryNoise odometry_noise;
+  PlanarPriorOptions planar;   // applied to free keyframes of a metric map, unless its mode is off
+  BundleOptions options;
+};
+
+struct BundleResult {
+  bool converged = false;               // usable solution
+  std::string message;                  // why not
+  double initial_cost = 0.0, final_cost = 0.0;
+  int iterations = 0;
+  std::vector<std::pair<KeyframeId, Rigid3>> poses;
+  std::vector<std::pair<LandmarkId, Eigen::Vector3d>> points;
+  std::vector<std::pair<LandmarkId, KeyframeId>> outliers;   // observations beyond the limit, or behind the camera
+};
+
+// Deterministic: one thread, blocks in id order in one buffer. Sparse Schur beyond `free_keyframes` of about 60.
+BundleResult AdjustBundle(const Map& map, const BundleRequest& request, const BundleContext& context);
+
+// The result as changes to the map: poses, points, outlier observations erased.
+MapEdit ToEdit(const BundleResult& result);
+
+// All keyframes and landmarks, the first keyframe fixed. Without a metric odometry factor also the second keyframe's
+// distance is a gauge freedom, which Levenberg-Marquardt damping holds.
+BundleRequest WholeMapRequest(const Map& map);
+
+}  // namespace planar_vslam

@@ -1,0 +1,57 @@
+#pragma once
+// Everything that can be configured, as one value. YAML keys are the dotted names of OptionKeys(); angles are in degrees
+// there and carry `_deg` in their name.
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "planar_vslam/backend/local_mapper.h"
+#include "planar_vslam/feature/orb_extractor.h"
+#include "planar_vslam/frontend/initializer.h"
+#include "planar_vslam/frontend/tracker.h"
+#include "planar_vslam/geometry/expected.h"
+#include "planar_vslam/mapping2d/map_builder.h"
+#include "planar_vslam/planar/odometry_noise.h"
+#include "planar_vslam/planar/planar_prior.h"
+
+namespace planar_vslam {
+
+struct ScaleOptions {
+  int keyframes = 15;           // N of the paper: scale is recovered once the unscaled map has this many
+  double min_distance = 0.5;    // m, and the robot has driven this far
+};
+
+enum class OdometryUse { kAuto, kRequired, kOff };
+
+struct TopicOptions {
+  std::string image, camera_info, odometry, scan;   // empty: the only one of its type
+  std::string base_frame = "base_footprint";
+  std::string odom_frame = "odom";
+};
+
+struct PipelineOptions {
+  OdometryUse odometry = OdometryUse::kAuto;
+  OrbOptions orb;
+  InitializerOptions initializer;
+  TrackerOptions tracker;
+  LocalMapperOptions mapper;
+  BundleOptions bundle;
+  OdometryNoise odometry_noise;
+  PlanarPriorOptions planar;
+  ScaleOptions scale;
+  MapBuilderOptions mapping2d;
+  TopicOptions topics;
+  bool final_bundle_adjustment = true;
+
+  std::vector<std::string> Problems() const;
+};
+
+// Reads a YAML file over the defaults. Unknown keys and values of the wrong type are errors naming file and key.
+Expected<PipelineOptions> LoadOptions(const std::filesystem::path& path);
+// "key=value" over `options`.
+Expected<PipelineOptions> SetOption(PipelineOptions options, const std::string& assignment);
+// Every key with its present value, in file order: what report.json shows, and what the documentation lists.
+std::vector<std::pair<std::string, std::string>> OptionValues(const PipelineOptions& options);
+
+}  // namespace planar_vslam

@@ -1,0 +1,120 @@
+#pragma once
+// The whole estimator: a packet in, a pose out; keyframes, map and scale behind it.
+#include <array>
+#include <future>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "planar_vslam/frontend/initializer.h"
+#include "planar_vslam/frontend/tracker.h"
+#include "planar_vslam/pipeline/executor.h"
+#include "planar_vslam/pipeline/options.h"
+#include "planar_vslam/pipeline/synchronizer.h"
+#include "planar_vslam/pipeline/trajectory_recorder.h"
+
+namespace planar_vslam {
+
+enum class FrameState { kInitializing, kTracking, kOdometry, kRelocalized, kLost };
+const char* ToString(FrameState state);
+
+struct FrameReport {
+  Timestamp stamp;
+  FrameState state = FrameState::kInitializing;
+  std::optional<Rigid3> T_map_base;            // of a metric map, or of an unscaled one when `metric` is false
+  Matrix6d covariance = Matrix6d::Identity();  // tangent [translation, rotation] at the pose
+  bool metric = false;
+  int inliers = 0;
+  bool keyframe = false;
+  bool odometry_rejected = false;
+  std::string waiting_for;                     // while initialising: what is missing
+  double extract_ms = 0.0, track_ms = 0.0, map_ms = 0.0, total_ms = 0.0;
+};
+
+struct ScaleReport {
+  double by_steps = 0.0;        // the paper's ratio
+  double by_centroids = 0.0;    // the one applied
+  KeyframeId keyframe;          // the newest one at that moment
+  Timestamp stamp;
+};
+
+struct SystemReport {
+  std::map<FrameState, long> frames;
+  long keyframes_made = 0, keyframes_culled = 0;
+  long odometry_rejected = 0;
+  std::optional<ScaleReport> scale;             // only where the map was scaled
+  std::optional<Timestamp> initialized;         // first frame with a map
+};
+
+// A laser sweep kept with the frame it was taken near.
+struct AnchoredScan {
+  PlanarScan scan;
+  Rigid3 T_base_laser;
+  Rigid2 T_frame_base;
+  std::size_t frame = 0;     // index into the recorded trajectory
+};
+
+enum class Schedule { kInline, kThreaded };
+
+class SlamSystem {
+ public:
+  // `camera` and `options` must have no Problems().
+  SlamSystem(const PipelineOptions& options, const CameraModel& camera, bool has_base_transform, Schedule schedule);
+  ~SlamSystem();
+  SlamSystem(const SlamSystem&) = delete;
+  SlamSystem& operator=(const SlamSystem&) = delete;
+
+  FrameReport Process(const FramePacket& packet);
+  // Waits for pending work, then adjusts the whole map (unless the options say not to).
+  void Finish();
+
+  std::shared_ptr<const Map> map() const { return map_; }
+  const SystemReport& report() const { return report_; }
+  const TrajectoryRecorder& trajectory() const { return trajectory_; }
+  const std::vector<AnchoredScan>& scans() const { return scans_; }
+  // Drops map, trajectory and scans and starts over.
+  void Reset();
+
+ private:
+  struct Pending {
+    std::future<MappingOutcome> outcome;
+    Timestamp stamp;
+    Rigid3 T_map_base;       // of the proposing frame, in the snapshot of that moment
+  };
+  // A frame from before there was a map: odometry places it once there is one.
+  struct EarlyFrame {
+    Timestamp stamp;
+    Rigid3 T_base_camera;
+    std::optional<PreintegratedOdometry> step;   // since the frame before
+  };
+  void Initialize(const FramePacket& packet, const FrameFeaturesPtr& features,
+                  const std::optional<PreintegratedOdometry>& step, FrameReport* report);
+  void TrackFrame(const FramePacket& packet, const FrameFeaturesPtr& features,
+                  const std::optional<PreintegratedOdometry>& step, FrameReport* report);
+  void Propose(const FramePacket& packet, const FrameFeaturesPtr& features, TrackResult result);
+  void PlaceEarlyFrames();
+  void CollectMapping(bool wait);
+  void TryScaleRecovery(Timestamp stamp);
+  void KeepScans(const FramePacket& packet);
+
+  PipelineOptions options_;
+  CameraModel camera_;
+  BundleContext bundle_;
+  OrbExtractor extractor_;
+  Initializer initializer_;
+  Tracker tracker_;
+  std::unique_ptr<Executor> executor_;
+  std::shared_ptr<const Map> map_;
+  std::optional<Pending> pending_;
+  std::optional<PreintegratedOdometry> since_keyframe_;
+  CountSightings sightings_;
+  TrajectoryRecorder trajectory_;
+  std::vector<EarlyFrame> before_map_;
+  std::vector<AnchoredScan> scans_;
+  SystemReport report_;
+  Rigid3 T_map_base_last_;
+};
+
+}  // namespace planar_vslam

@@ -1,0 +1,56 @@
+#pragma once
+// Pairs measurements by stamp. An image waits until odometry covers it; odometry is interpolated, never extrapolated.
+#include <deque>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "planar_vslam/sensor/buffers.h"
+#include "planar_vslam/sensor/measurements.h"
+
+namespace planar_vslam {
+
+struct ScanPacket {
+  PlanarScan scan;
+  Rigid3 T_base_laser;
+  Rigid2 T_frame_base;   // base at the scan's stamp in the base at the packet's image
+};
+
+struct FramePacket {
+  ImageFrame image;
+  Rigid3 T_base_camera;
+  std::vector<OdometryReading> odometry;     // from the packet before to this one, both ends interpolated; may be empty
+  std::optional<Rigid2> T_odom_base;         // at the image
+  std::vector<ScanPacket> scans;             // since the packet before, up to the image
+};
+
+class Synchronizer {
+ public:
+  // `with_odometry`: images wait for odometry; otherwise they pass at once, and scans are ignored.
+  explicit Synchronizer(bool with_odometry) : with_odometry_(with_odometry) {}
+
+  void Push(CameraFrame frame);
+  void Push(const OdometryReading& reading);
+  void Push(LaserFrame frame);
+  // No more input will come: images odometry does not reach are passed on without.
+  void Finish() { finished_ = true; }
+  std::optional<FramePacket> Pop();
+
+  // Input that could not be used, by reason.
+  const std::map<std::string, long>& dropped() const { return dropped_; }
+
+ private:
+  FramePacket Assemble(CameraFrame frame);
+
+  bool with_odometry_;
+  bool finished_ = false;
+  OdometryBuffer odometry_;
+  std::deque<CameraFrame> images_;
+  std::deque<LaserFrame> scans_;
+  std::optional<Timestamp> last_packet_;
+  std::optional<Timestamp> last_image_;
+  std::map<std::string, long> dropped_;
+};
+
+}  // namespace planar_vslam

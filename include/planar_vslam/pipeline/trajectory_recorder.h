@@ -1,0 +1,41 @@
+#pragma once
+// The pose of every frame relative to a keyframe, so that the whole trajectory follows the keyframes when they move.
+#include <map>
+#include <vector>
+
+#include "planar_vslam/backend/local_mapper.h"
+#include "planar_vslam/map/map.h"
+
+namespace planar_vslam {
+
+struct RecordedFrame {
+  Timestamp stamp;
+  KeyframeId reference;
+  Rigid3 T_ref_base;
+  Rigid3 T_base_camera;
+};
+
+class TrajectoryRecorder {
+ public:
+  void Add(const RecordedFrame& frame) { frames_.push_back(frame); }
+  // The last frame with this stamp became a keyframe.
+  void Reanchor(Timestamp stamp, KeyframeId keyframe);
+  void OnCulled(const std::vector<CulledKeyframe>& culled);
+  // The map was scaled: camera motion relative to the reference keyframes scales, extrinsics do not.
+  void OnScaled(const Map& map, double scale);
+  // T_map_base of every frame in `map`.
+  std::vector<std::pair<Timestamp, Rigid3>> Poses(const Map& map) const;
+  std::size_t size() const { return frames_.size(); }
+
+ private:
+  struct Anchor {
+    KeyframeId keyframe;
+    Rigid3 T_anchor_culled;
+  };
+  Rigid3 Resolve(const Map& map, KeyframeId reference) const;
+
+  std::vector<RecordedFrame> frames_;
+  std::map<KeyframeId, Anchor> culled_;
+};
+
+}  // namespace planar_vslam

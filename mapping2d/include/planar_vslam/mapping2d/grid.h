@@ -1,0 +1,30 @@
+#pragma once
+// 2D occupancy grid with the semantics of nav_msgs/OccupancyGrid, and its map_server files.
+#include <Eigen/Core>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "planar_vslam/geometry/expected.h"
+
+namespace planar_vslam {
+
+struct OccupancyGrid2d {
+  int width = 0;                                       // cells along x
+  int height = 0;                                      // cells along y
+  double resolution = 0.05;                            // m per cell
+  Eigen::Vector2d origin = Eigen::Vector2d::Zero();    // of the corner of cell (0, 0), m
+  std::vector<std::int8_t> cells;                      // row-major, y up: index = y * width + x; -1 unknown, 0 free, 100 occupied
+
+  std::int8_t At(int x, int y) const { return cells[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)]; }
+};
+
+// Writes `yaml_path` and a binary pgm beside it with the same stem (map_server trinary: 0 occupied, 254 free, 205 unknown).
+Expected<bool> WriteMapServerFiles(const OccupancyGrid2d& grid, const std::filesystem::path& yaml_path);
+
+// Reads a map_server yaml and its pgm (P2 or P5, or any image OpenCV reads is not needed), trinary, `negate` honoured,
+// origin yaw must be 0. Errors name the file and the field.
+Expected<OccupancyGrid2d> ReadMapServerFiles(const std::filesystem::path& yaml_path);
+
+}  // namespace planar_vslam

@@ -1,0 +1,91 @@
+#pragma once
+// From posed scans and posed points to an OctoMap and a 2D grid. Plain values in: no map, no ROS.
+//  - Points: one ray from the observing keyframe's camera centre, free up to two depth sigmas before the point.
+//  - Scans: own sensor model, beams without return clear only.
+//  - Within one keyframe or scan occupied wins over free.
+//  - Points on the floor clear only; the robot's footprint along the path is free.
+#include <Eigen/Core>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "planar_vslam/geometry/expected.h"
+#include "planar_vslam/geometry/rigid3.h"
+#include "planar_vslam/mapping2d/grid.h"
+
+namespace planar_vslam {
+
+struct SensorModel {
+  double p_hit = 0.7;
+  double p_miss = 0.4;
+};
+
+struct MapBuilderOptions {
+  double resolution = 0.05;           // m, voxels and cells
+  SensorModel visual{0.65, 0.45};
+  SensorModel laser{0.75, 0.45};
+  double clamp_min = 0.12;            // probability
+  double clamp_max = 0.97;
+  double visual_range = 6.0;          // m, points farther than this only clear up to it
+  double laser_range = 8.0;           // m, never beyond the scan's own range_max
+  double floor_tolerance = 0.05;      // m: points with |z| below it clear only
+  double band_min = 0.10;             // m: height band that counts as obstacle
+  double band_max = 1.30;             // m: robot height
+  double footprint_radius = 0.20;     // m, free along the path; 0 switches it off
+  double occupied_threshold = 0.65;   // probability
+  double free_threshold = 0.196 + 0.15;  // probability below which a cell is free
+
+  std::vector<std::string> Problems() const;
+};
+
+// A landmark as one camera saw it.
+struct PosedPoint {
+  Eigen::Vector3d p_map = Eigen::Vector3d::Zero();
+  double depth_sigma = 0.0;   // m, along the ray
+};
+struct PosedPoints {
+  Eigen::Vector3d camera_in_map = Eigen::Vector3d::Zero();
+  std::vector<PosedPoint> points;
+};
+struct PosedScan {
+  Rigid3 T_map_laser;
+  double angle_min = 0.0, angle_increment = 0.0;   // rad
+  double range_min = 0.0, range_max = 0.0;         // m
+  const std::vector<float>* ranges = nullptr;      // not owned, alive during the call
+};
+
+class MapBuilder {
+ public:
+  explicit MapBuilder(const MapBuilderOptions& options);
+  ~MapBuilder();
+  MapBuilder(MapBuilder&&) noexcept;
+  MapBuilder& operator=(MapBuilder&&) noexcept;
+
+  void InsertPoints(const PosedPoints& points);
+  void InsertScan(const PosedScan& scan);
+  void MarkFootprint(const Eigen::Vector2d& base_in_map);
+
+  // Height band of the fused map: occupied where an occupied voxel lies in the band, free where there are free voxels
+  // and no occupied one, unknown elsewhere; footprint cells are free. Bounds grow with the content.
+  OccupancyGrid2d Grid() const;
+  Expected<bool> WriteOctomap(const std::filesystem::path& bt_path) const;
+  std::size_t VoxelCount() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+// Binary PCD of points with normals (the mean viewing direction, towards the cameras) and intensity (observations).
+struct CloudPoint {
+  Eigen::Vector3f position = Eigen::Vector3f::Zero();
+  Eigen::Vector3f normal = Eigen::Vector3f::Zero();
+  float intensity = 0.0F;
+};
+Expected<bool> WritePcd(const std::vector<CloudPoint>& cloud, const std::filesystem::path& path);
+
+// Keeps points with at least `min_neighbors` others within `radius` (PCL radius outlier removal): indices kept, ascending.
+std::vector<int> RadiusInliers(const std::vector<Eigen::Vector3d>& points, double radius, int min_neighbors);
+
+}  // namespace planar_vslam

@@ -1,0 +1,56 @@
+// The only file that includes PCL.
+#include <pcl/filters/radius_outlier_removal.h>
+#include <pcl/io/pcd_io.h>
+#include <pcl/point_types.h>
+
+#include <algorithm>
+#include <fstream>
+
+#include "planar_vslam/mapping2d/map_builder.h"
+
+namespace planar_vslam {
+
+Expected<bool> WritePcd(const std::vector<CloudPoint>& cloud, const std::filesystem::path& path) {
+  const Error cannot_write{path.string() + ": cannot be written (is the folder there, and space left?)"};
+  if (!std::ofstream(path, std::ios::binary)) return cannot_write;  // PCL would print and lose the reason
+  pcl::PointCloud<pcl::PointXYZINormal> points;
+  points.reserve(cloud.size());
+  for (const CloudPoint& from : cloud) {
+    pcl::PointXYZINormal to;
+    to.getVector3fMap() = from.position;
+    to.getNormalVector3fMap() = from.normal;
+    to.intensity = from.intensity;
+    points.push_back(to);
+  }
+  pcl::PCDWriter writer;
+  try {
+    // PCL refuses to write an empty cloud in binary form; the text form of nothing is the same header.
+    const int code =
+        points.empty() ? writer.writeASCII(path.string(), points) : writer.writeBinary(path.string(), points);
+    if (code != 0) return cannot_write;
+  } catch (const pcl::IOException&) {
+    return cannot_write;
+  }
+  return true;
+}
+
+std::vector<int> RadiusInliers(const std::vector<Eigen::Vector3d>& points, double radius, int min_neighbors) {
+  PV_CHECK(radius > 0.0 && min_neighbors >= 0, "radius=" << radius << " min_neighbors=" << min_neighbors);
+  if (points.empty()) return {};
+  auto cloud = pcl::PointCloud<pcl::PointXYZ>::Ptr(new pcl::PointCloud<pcl::PointXYZ>);
+  cloud->reserve(points.size());
+  for (const Eigen::Vector3d& p : points) {
+    const Eigen::Vector3f f = p.cast<float>();
+    cloud->push_back(pcl::PointXYZ(f.x(), f.y(), f.z()));
+  }
+  pcl::RadiusOutlierRemoval<pcl::PointXYZ> filter;
+  filter.setInputCloud(cloud);
+  filter.setRadiusSearch(radius);
+  filter.setMinNeighborsInRadius(min_neighbors);
+  std::vector<int> inliers;
+  filter.filter(inliers);
+  std::sort(inliers.begin(), inliers.end());
+  return inliers;
+}
+
+}  // namespace planar_vslam

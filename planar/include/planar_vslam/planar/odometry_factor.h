@@ -1,0 +1,31 @@
+#pragma once
+// Wheel odometry between two base poses as a 6-D factor on SE(3) (the paper's Eq. odo-res).
+//   e = Log( T~_i_j^-1  T_i_map T_map_j ),  T_i_map = T_map_i^-1,  weighted by S with S^T S = Sigma^-1.
+// The paper writes it between camera poses. With T~_{Ci Cj} = T_BC(t_i)^-1 T~_{Bi Bj} T_BC(t_j) that residual is
+// Ad(T_BC(t_j)^-1) e, so weighting it by Sigma_C = Ad Sigma Ad^T gives the same cost: the base form needs no adjoint
+// and stays right when the camera moves on the robot.
+// Jacobians for right perturbations d_i, d_j (T <- T Exp(d)), with Jr^-1 at e:
+//   de/dd_j = Jr^-1(e),   de/dd_i = -Jr^-1(e) Ad( (T_map_i^-1 T_map_j)^-1 ).
+#include <ceres/ceres.h>
+
+#include "planar_vslam/geometry/rigid3.h"
+
+namespace planar_vslam {
+
+// Unweighted residual and, where not null, its Jacobians with respect to the right perturbations of both poses.
+Vector6d OdometryResidual(const Rigid3& T_map_i, const Rigid3& T_map_j, const Rigid3& T_i_j_measured, Matrix6d* J_i,
+                          Matrix6d* J_j);
+
+// Blocks: pose i (7), pose j (7), see pose_manifold.h. 6 residuals.
+class OdometryFactor final : public ceres::SizedCostFunction<6, 7, 7> {
+ public:
+  OdometryFactor(const Rigid3& T_i_j_measured, const Matrix6d& sqrt_information)
+      : T_i_j_(T_i_j_measured), sqrt_information_(sqrt_information) {}
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
+
+ private:
+  Rigid3 T_i_j_;
+  Matrix6d sqrt_information_;
+};
+
+}  // namespace planar_vslam

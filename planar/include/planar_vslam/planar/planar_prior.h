@@ -1,0 +1,40 @@
+#pragma once
+// The floor as a soft prior on one base pose (optional SE(2) prior): height and tilt over the plane z = 0 of the map.
+//   e = [ z / sigma_z,  u_x / sigma_tilt,  u_y / sigma_tilt ],  u = R_map_base^T e_z   (u_x, u_y = -sin pitch, ~ roll)
+// Jacobians for right perturbations d = [translation, rotation]:
+//   dz/d_t = e_z^T R,   du/d_r = [u]_x (first two rows).
+#include <ceres/ceres.h>
+
+#include <string>
+#include <vector>
+
+#include "planar_vslam/geometry/rigid3.h"
+
+namespace planar_vslam {
+
+enum class PlanarMode { kOff, kSoft };
+
+struct PlanarPriorOptions {
+  PlanarMode mode = PlanarMode::kSoft;
+  double sigma_height = 0.01;                   // m
+  double sigma_tilt = DegreesToRadians(0.5);    // rad, roll and pitch each
+
+  std::vector<std::string> Problems() const;
+};
+
+// Whitened residual and, where not null, its 3x6 Jacobian with respect to the right perturbation.
+Eigen::Vector3d PlanarPriorResidual(const Rigid3& T_map_base, double sigma_height, double sigma_tilt,
+                                    Eigen::Matrix<double, 3, 6>* J);
+
+// Block: pose (7), see pose_manifold.h. 3 residuals.
+class PlanarPriorFactor final : public ceres::SizedCostFunction<3, 7> {
+ public:
+  PlanarPriorFactor(double sigma_height, double sigma_tilt) : sigma_height_(sigma_height), sigma_tilt_(sigma_tilt) {}
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
+
+ private:
+  double sigma_height_;
+  double sigma_tilt_;
+};
+
+}  // namespace planar_vslam

@@ -1,0 +1,30 @@
+#pragma once
+// A Rigid3 as a Ceres parameter block of 7 doubles [tx ty tz qx qy qz qw], with tangent [translation, rotation]:
+//   Plus(T, d) = (t + R d_t, q Exp(d_r)).
+// Factors compute their Jacobian J_local (rows x 6) with respect to that tangent at d = 0 and write
+// J_ambient = J_local * MinusJacobian(x), because PlusJacobian(x) is then a right inverse: MinusJacobian PlusJacobian = I.
+#include <ceres/manifold.h>
+
+#include "planar_vslam/geometry/rigid3.h"
+
+namespace planar_vslam {
+
+constexpr int kPoseBlockSize = 7;
+using PoseJacobianMap = Eigen::Matrix<double, 6, 7, Eigen::RowMajor>;
+
+void StorePose(const Rigid3& T, double* block);
+Rigid3 LoadPose(const double* block);
+// d Minus(y, x) / dy at y = x, 6x7.
+PoseJacobianMap PoseMinusJacobian(const double* block);
+
+class PoseManifold final : public ceres::Manifold {
+ public:
+  int AmbientSize() const override { return kPoseBlockSize; }
+  int TangentSize() const override { return 6; }
+  bool Plus(const double* x, const double* delta, double* x_plus_delta) const override;
+  bool PlusJacobian(const double* x, double* jacobian) const override;
+  bool Minus(const double* y, const double* x, double* y_minus_x) const override;
+  bool MinusJacobian(const double* x, double* jacobian) const override;
+};
+
+}  // namespace planar_vslam

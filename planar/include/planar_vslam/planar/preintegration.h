@@ -1,0 +1,41 @@
+#pragma once
+// Wheel-odometry increments between two instants summed into one SE(2) measurement with covariance.
+// For increments (dr_k, dphi_k) in the frame at k, starting from r = 0, phi = 0, Sigma = 0:
+//   r <- r + R(phi) dr_k,  phi <- phi + dphi_k
+//   Sigma <- A Sigma A^T + B Q_k B^T,  A = [I, R(phi) J dr_k; 0, 1],  B = diag(R(phi), 1),  J = [0 -1; 1 0]
+// (Zheng and Liu, SE2LAM, 2018). Covariances here are of (r, phi) with r in the frame of the start, as in those
+// equations; `heading_floor` and `position_floor` are added once by CovarianceWithFloor().
+#include <Eigen/Core>
+#include <vector>
+
+#include "planar_vslam/geometry/rigid3.h"
+#include "planar_vslam/planar/odometry_noise.h"
+#include "planar_vslam/sensor/measurements.h"
+
+namespace planar_vslam {
+
+struct PreintegratedOdometry {
+  Rigid2 T_i_j;                                                // pose of the base at j in the base at i
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();        // of [x, y, angle], frame i, without floors
+  double distance = 0.0;                                       // m, path length
+  double turn = 0.0;                                           // rad, sum of |dphi|
+  double seconds = 0.0;                                        // time spanned
+};
+
+// `readings` in time order, at least one. One reading gives the identity with zero covariance.
+PreintegratedOdometry Preintegrate(const std::vector<OdometryReading>& readings, const OdometryNoise& noise);
+
+// i->j then j->k, as one i->k measurement. Used when keyframe j is culled. Associative up to rounding.
+PreintegratedOdometry Compose(const PreintegratedOdometry& ij, const PreintegratedOdometry& jk);
+
+// The covariance with the floors of `noise` added: always positive definite.
+Eigen::Matrix3d CovarianceWithFloor(const PreintegratedOdometry& odometry, const OdometryNoise& noise);
+
+// Covariance of T_i_j lifted to SE(3), tangent [translation, rotation] of a right perturbation at j:
+// x, y, yaw from the planar covariance (rotated from frame i into frame j), z, roll, pitch from the floor's smoothness.
+Matrix6d LiftedCovariance(const PreintegratedOdometry& odometry, const OdometryNoise& noise);
+
+// Upper triangular S with S^T S = covariance^-1, so that |S e|^2 = e^T covariance^-1 e.
+Matrix6d SquareRootInformation(const Matrix6d& covariance);
+
+}  // namespace planar_vslam

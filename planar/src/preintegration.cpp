@@ -1,0 +1,91 @@
+#include "planar_vslam/planar/preintegration.h"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+
+#include "planar_vslam/geometry/check.h"
+
+namespace planar_vslam {
+
+namespace {
+
+double Square(double value) { return value * value; }
+
+PreintegratedOdometry SingleIncrement(const OdometryReading& from, const OdometryReading& to,
+                                      const OdometryNoise& noise) {
+  PV_CHECK(from.stamp <= to.stamp,
+           "readings out of order: " << from.stamp.nanoseconds << " ns before " << to.stamp.nanoseconds << " ns");
+  PreintegratedOdometry increment;
+  increment.T_i_j = from.T_odom_base.Inverse() * to.T_odom_base;
+  increment.covariance = IncrementCovariance(noise, increment.T_i_j);
+  increment.distance = increment.T_i_j.translation.norm();
+  increment.turn = std::abs(increment.T_i_j.angle);
+  increment.seconds = SecondsBetween(from.stamp, to.stamp);
+  return increment;
+}
+
+}  // namespace
+
+PreintegratedOdometry Preintegrate(const std::vector<OdometryReading>& readings, const OdometryNoise& noise) {
+  PV_CHECK(!readings.empty(), "preintegration needs at least one reading");
+  PreintegratedOdometry sum;
+  for (std::size_t k = 1; k < readings.size(); ++k) {
+    sum = Compose(sum, SingleIncrement(readings[k - 1], readings[k], noise));
+  }
+  return sum;
+}
+
+PreintegratedOdometry Compose(const PreintegratedOdometry& ij, const PreintegratedOdometry& jk) {
+  const Eigen::Matrix2d R = ij.T_i_j.R();
+  const Eigen::Vector2d r = R * jk.T_i_j.translation;
+  Eigen::Matrix3d A = Eigen::Matrix3d::Identity();
+  A(0, 2) = -r.y();  // J r: a heading error at j swings everything after it
+  A(1, 2) = r.x();
+  Eigen::Matrix3d B = Eigen::Matrix3d::Identity();
+  B.topLeftCorner<2, 2>() = R;
+
+  PreintegratedOdometry ik;
+  ik.T_i_j = ij.T_i_j * jk.T_i_j;
+  ik.covariance = A * ij.covariance * A.transpose() + B * jk.covariance * B.transpose();
+  ik.distance = ij.distance + jk.distance;
+  ik.turn = ij.turn + jk.turn;
+  ik.seconds = ij.seconds + jk.seconds;
+  return ik;
+}
+
+Eigen::Matrix3d CovarianceWithFloor(const PreintegratedOdometry& odometry, const OdometryNoise& noise) {
+  Eigen::Matrix3d covariance = odometry.covariance;
+  covariance.diagonal() +=
+      Eigen::Vector3d(Square(noise.position_floor), Square(noise.position_floor), Square(noise.heading_floor));
+  return covariance;
+}
+
+Matrix6d LiftedCovariance(const PreintegratedOdometry& odometry, const OdometryNoise& noise) {
+  // A right perturbation at j moves r by R(phi) d_t, so d = B^T [dr, dphi].
+  Eigen::Matrix3d B = Eigen::Matrix3d::Identity();
+  B.topLeftCorner<2, 2>() = odometry.T_i_j.R();
+  const Eigen::Matrix3d planar = B.transpose() * CovarianceWithFloor(odometry, noise) * B;
+
+  const double height_variance = Square(noise.height_per_sqrt_meter) * odometry.distance + Square(noise.height_floor);
+  const double tilt_variance = Square(noise.tilt_per_sqrt_meter) * odometry.distance + Square(noise.tilt_floor);
+  Matrix6d covariance = Matrix6d::Zero();
+  covariance.topLeftCorner<2, 2>() = planar.topLeftCorner<2, 2>();
+  covariance.block<2, 1>(0, 5) = planar.block<2, 1>(0, 2);
+  covariance.block<1, 2>(5, 0) = planar.block<1, 2>(2, 0);
+  covariance(5, 5) = planar(2, 2);
+  covariance(2, 2) = height_variance;
+  covariance(3, 3) = tilt_variance;
+  covariance(4, 4) = tilt_variance;
+  return covariance;
+}
+
+Matrix6d SquareRootInformation(const Matrix6d& covariance) {
+  // With rows and columns reversed, Cholesky gives covariance = U U^T, U upper triangular; then S = U^-1.
+  const Eigen::LLT<Matrix6d> reversed(covariance.reverse());
+  const Matrix6d inverse = reversed.matrixL().solve(Matrix6d::Identity());
+  PV_CHECK(reversed.info() == Eigen::Success && inverse.allFinite(),
+           "covariance is not positive definite, diagonal " << covariance.diagonal().transpose());
+  return inverse.reverse();
+}
+
+}  // namespace planar_vslam

@@ -1,0 +1,72 @@
+#include <algorithm>
+
+#include "planar_vslam/map/predicted_view.h"
+#include "stages.h"
+
+namespace planar_vslam {
+namespace {
+
+constexpr double kChi2TwoDof95 = 5.991;  // chi-square, 2 dof, 95 %
+
+// The keypoint of `target` that shows the landmark, or -1.
+int FindKeypoint(const Map& map, const Landmark& landmark, const PredictedView& view, const FrameFeatures& features,
+                 const LocalMapperOptions& options, std::vector<int>* indices) {
+  const double scale = map.octave_scales[static_cast<std::size_t>(view.octave)];
+  const int last_octave = static_cast<int>(map.octave_scales.size()) - 1;
+  indices->clear();
+  features.grid.Search(features.keypoints, view.pixel, static_cast<float>(options.fusion_radius * scale),
+                       std::max(0, view.octave - 1), std::min(last_octave, view.octave + 1), indices);
+  int best = options.max_descriptor_distance + 1, found = -1;
+  for (const int index : *indices) {
+    const auto i = static_cast<std::size_t>(index);
+    const Keypoint& keypoint = features.keypoints[i];
+    const double sigma = options.pixel_sigma * map.octave_scales[static_cast<std::size_t>(keypoint.octave)];
+    const double error = (keypoint.pixel - view.pixel).cast<double>().squaredNorm();
+    if (error > kChi2TwoDof95 * sigma * sigma) continue;
+    const int distance = HammingDistance(landmark.descriptor, features.descriptors[i]);
+    if (distance < best) {
+      best = distance;
+      found = index;
+    }
+  }
+  return found;
+}
+
+bool SeenBy(const Landmark& landmark, KeyframeId keyframe) {
+  return std::any_of(landmark.observations.begin(), landmark.observations.end(),
+                     [keyframe](const Observation& o) { return o.keyframe == keyframe; });
+}
+
+}  // namespace
+
+MapEdit FuseInto(const Map& map, const std::vector<LandmarkId>& landmarks, KeyframeId target, const MapperContext& context) {
+  const Keyframe& keyframe = map.keyframes.At(target);
+  const Rigid3 T_map_camera = keyframe.T_map_camera();
+  MapEdit edit;
+  std::vector<int> indices;
+  std::vector<LandmarkId> merged;  // a landmark takes part in one merge an edit
+  for (const LandmarkId id : landmarks) {
+    const Landmark* landmark = map.landmarks.Find(id);
+    PredictedView view;
+    if (landmark == nullptr || SeenBy(*landmark, target)) continue;
+    if (!PredictView(*landmark, T_map_camera, context.bundle.camera, map.octave_scales, &view)) continue;
+    const int keypoint = FindKeypoint(map, *landmark, view, *keyframe.features, context.options, &indices);
+    if (keypoint < 0) continue;
+    const LandmarkId holder = keyframe.landmarks[static_cast<std::size_t>(keypoint)];
+    if (!holder.valid()) {
+      edit.emplace_back(AddObservation{id, {target, static_cast<std::uint32_t>(keypoint)}});
+      continue;
+    }
+    if (std::find(merged.begin(), merged.end(), id) != merged.end() ||
+        std::find(merged.begin(), merged.end(), holder) != merged.end()) {
+      continue;
+    }
+    const bool keep_holder = map.landmarks.At(holder).observations.size() >= landmark->observations.size();
+    edit.emplace_back(keep_holder ? MergeLandmarks{id, holder} : MergeLandmarks{holder, id});
+    merged.push_back(id);
+    merged.push_back(holder);
+  }
+  return edit;
+}
+
+}  // namespace planar_vslam

@@ -1,0 +1,106 @@
+#include "planar_vslam/backend/local_mapper.h"
+
+#include <algorithm>
+
+#include "stages.h"
+
+namespace planar_vslam {
+namespace {
+
+// The tracker worked on an older map: matches to landmarks that are gone since do not count.
+void DropMissingLandmarks(const Map& map, Keyframe* keyframe) {
+  std::vector<LandmarkId> seen;
+  for (LandmarkId& id : keyframe->landmarks) {
+    if (!id.valid()) continue;
+    if (!map.landmarks.Contains(id) || std::find(seen.begin(), seen.end(), id) != seen.end()) {
+      id = LandmarkId{};
+    } else {
+      seen.push_back(id);
+    }
+  }
+}
+
+int FuseWithNeighbors(Map* map, KeyframeId newest, const MapperContext& context) {
+  const LocalMapperOptions& o = context.options;
+  const std::vector<KeyframeId> neighbors =
+      WithNearby(*map, newest, Neighbors(*map, newest, o.fusion_neighbors, 1, o.min_shared), o);
+  int steps = 0;
+  for (const KeyframeId neighbor : neighbors) {
+    const MapEdit edit = FuseInto(*map, LandmarksSeen(map->keyframes.At(newest)), neighbor, context);
+    steps += static_cast<int>(edit.size());
+    *map = Apply(std::move(*map), edit);
+  }
+  std::vector<LandmarkId> theirs;
+  for (const KeyframeId neighbor : neighbors) {
+    const std::vector<LandmarkId> seen = LandmarksSeen(map->keyframes.At(neighbor));
+    theirs.insert(theirs.end(), seen.begin(), seen.end());
+  }
+  std::sort(theirs.begin(), theirs.end());
+  theirs.erase(std::unique(theirs.begin(), theirs.end()), theirs.end());
+  const MapEdit edit = FuseInto(*map, theirs, newest, context);
+  *map = Apply(std::move(*map), edit);
+  return steps + static_cast<int>(edit.size());
+}
+
+BundleResult WithoutValues(BundleResult result) {
+  result.poses.clear();
+  result.points.clear();
+  result.outliers.clear();
+  return result;
+}
+
+}  // namespace
+
+std::vector<std::string> LocalMapperOptions::Problems() const {
+  std::vector<std::string> problems;
+  if (triangulation_neighbors < 1) problems.emplace_back("triangulation_neighbors must be at least 1");
+  if (window < 1) problems.emplace_back("window must be at least 1");
+  if (max_fixed < 1) problems.emplace_back("max_fixed must be at least 1");
+  if (!(min_parallax > 0.0)) problems.emplace_back("min_parallax must be positive (rad)");
+  if (!(redundancy > 0.0 && redundancy <= 1.0)) problems.emplace_back("redundancy must lie in (0, 1]");
+  if (!(min_found_ratio >= 0.0 && min_found_ratio < 1.0)) problems.emplace_back("min_found_ratio must lie in [0, 1)");
+  if (!(fusion_radius > 0.0)) problems.emplace_back("fusion_radius must be positive (px)");
+  if (!(pixel_sigma > 0.0)) problems.emplace_back("pixel_sigma must be positive (px)");
+  return problems;
+}
+
+MappingOutcome MapKeyframe(Map map, const KeyframeProposal& proposal, const MapperContext& context) {
+  MappingReport report;
+  const KeyframeId id{map.next_keyframe_id};
+  report.keyframe = id;
+  Keyframe keyframe = proposal.keyframe;
+  DropMissingLandmarks(map, &keyframe);
+  if (proposal.odometry.has_value()) {
+    keyframe.odometry_link = OdometryLink{std::prev(map.keyframes.end())->first, *proposal.odometry};
+  }
+  map = Apply(std::move(map), {proposal.sightings, AddKeyframe{id, std::move(keyframe)}});
+
+  const std::size_t before = map.landmarks.size();
+  map = Apply(std::move(map), CullRecentLandmarks(map, id, context.options));
+  report.landmarks_culled = static_cast<int>(before - map.landmarks.size());
+
+  const LocalMapperOptions& o = context.options;
+  for (const KeyframeId neighbor : Neighbors(map, id, o.triangulation_neighbors, o.link_neighbors, o.min_shared)) {
+    const MapEdit edit = TriangulateWith(map, id, neighbor, context);
+    report.triangulated += static_cast<int>(edit.size());
+    map = Apply(std::move(map), edit);
+  }
+  report.fused = FuseWithNeighbors(&map, id, context);
+
+  const BundleResult bundle = AdjustBundle(map, LocalRequest(map, id, o), context.bundle);
+  map = Apply(std::move(map), ToEdit(bundle));
+  report.bundle = WithoutValues(bundle);
+
+  map = Apply(std::move(map), CullKeyframes(map, id, o, &report.keyframes_culled));
+  return {std::move(map), std::move(report)};
+}
+
+MappingOutcome AdjustWholeMap(Map map, const BundleContext& context) {
+  const BundleResult bundle = AdjustBundle(map, WholeMapRequest(map), context);
+  MappingReport report;
+  report.bundle = WithoutValues(bundle);
+  map = Apply(std::move(map), ToEdit(bundle));
+  return {std::move(map), std::move(report)};
+}
+
+}  // namespace planar_vslam

@@ -1,0 +1,106 @@
+#include <algorithm>
+#include <cmath>
+
+#include "stages.h"
+
+namespace planar_vslam {
+namespace {
+
+constexpr double kNearbyAngle = DegreesToRadians(45.0);  // view directions that can share landmarks
+constexpr std::size_t kNearbyLimit = 8;
+
+}  // namespace
+
+std::vector<LandmarkId> LandmarksSeen(const Keyframe& keyframe) {
+  std::vector<LandmarkId> ids;
+  for (const LandmarkId id : keyframe.landmarks) {
+    if (id.valid()) ids.push_back(id);
+  }
+  return ids;
+}
+
+std::vector<KeyframeId> Neighbors(const Map& map, KeyframeId id, int covisible, int linked, int min_shared) {
+  std::vector<KeyframeId> neighbors;
+  for (const CovisibleKeyframe& c : CovisibleKeyframes(map, id, min_shared)) {
+    if (static_cast<int>(neighbors.size()) >= covisible) break;
+    neighbors.push_back(c.id);
+  }
+  KeyframeId current = id;
+  for (int i = 0; i < linked; ++i) {
+    const Keyframe* keyframe = map.keyframes.Find(current);
+    if (keyframe == nullptr || !keyframe->odometry_link.has_value()) break;
+    current = keyframe->odometry_link->from;
+    if (map.keyframes.Contains(current) && std::find(neighbors.begin(), neighbors.end(), current) == neighbors.end()) {
+      neighbors.push_back(current);
+    }
+  }
+  return neighbors;
+}
+
+std::vector<KeyframeId> WithNearby(const Map& map, KeyframeId id, std::vector<KeyframeId> neighbors,
+                                   const LocalMapperOptions& options) {
+  if (!map.metric) return neighbors;
+  const Rigid3 here = map.keyframes.At(id).T_map_camera();
+  const Eigen::Vector3d axis = here.rotation * Eigen::Vector3d::UnitZ();
+  std::vector<std::pair<double, KeyframeId>> near;
+  for (const auto& [other, keyframe] : map.keyframes) {
+    if (other == id || std::find(neighbors.begin(), neighbors.end(), other) != neighbors.end()) continue;
+    const Rigid3 T = keyframe.T_map_camera();
+    const double distance = (T.translation - here.translation).norm();
+    if (distance < options.nearby_distance && axis.dot(T.rotation * Eigen::Vector3d::UnitZ()) > std::cos(kNearbyAngle)) {
+      near.emplace_back(distance, other);
+    }
+  }
+  std::sort(near.begin(), near.end());
+  if (near.size() > kNearbyLimit) near.resize(kNearbyLimit);
+  for (const auto& [distance, other] : near) neighbors.push_back(other);
+  return neighbors;
+}
+
+BundleRequest LocalRequest(const Map& map, KeyframeId newest, const LocalMapperOptions& options) {
+  BundleRequest request;
+  request.free_keyframes = Neighbors(map, newest, options.window, options.link_neighbors, options.min_shared);
+  request.free_keyframes.push_back(newest);
+  std::sort(request.free_keyframes.begin(), request.free_keyframes.end());
+  const auto is_free = [&request](KeyframeId id) {
+    return std::binary_search(request.free_keyframes.begin(), request.free_keyframes.end(), id);
+  };
+
+  for (const KeyframeId id : request.free_keyframes) {
+    const std::vector<LandmarkId> seen = LandmarksSeen(map.keyframes.At(id));
+    request.landmarks.insert(request.landmarks.end(), seen.begin(), seen.end());
+  }
+  std::sort(request.landmarks.begin(), request.landmarks.end());
+  request.landmarks.erase(std::unique(request.landmarks.begin(), request.landmarks.end()), request.landmarks.end());
+
+  // Border: those that see most of the landmarks, and the far ends of odometry links into the window.
+  std::vector<int> votes(map.next_keyframe_id, 0);
+  for (const LandmarkId id : request.landmarks) {
+    for (const Observation& o : map.landmarks.At(id).observations) ++votes[o.keyframe.value];
+  }
+  constexpr int kLinkVote = 1 << 20;  // always among the border
+  for (const auto& [id, keyframe] : map.keyframes) {
+    if (!keyframe.odometry_link.has_value()) continue;
+    if (is_free(id)) votes[keyframe.odometry_link->from.value] += kLinkVote;
+    if (is_free(keyframe.odometry_link->from)) votes[id.value] += kLinkVote;
+  }
+  std::vector<KeyframeId> border;
+  for (const auto& [id, keyframe] : map.keyframes) {
+    if (votes[id.value] > 0 && !is_free(id)) border.push_back(id);
+  }
+  std::stable_sort(border.begin(), border.end(), [&votes](KeyframeId a, KeyframeId b) { return votes[a.value] > votes[b.value]; });
+  if (static_cast<int>(border.size()) > options.max_fixed) border.resize(static_cast<std::size_t>(options.max_fixed));
+  std::sort(border.begin(), border.end());
+  request.fixed_keyframes = border;
+
+  // The first keyframe defines the map frame; without a border the oldest of the window holds the gauge.
+  const KeyframeId first = map.keyframes.begin()->first;
+  if (request.free_keyframes.front() == first || request.fixed_keyframes.empty()) {
+    const KeyframeId held = request.free_keyframes.front();
+    request.free_keyframes.erase(request.free_keyframes.begin());
+    request.fixed_keyframes.insert(std::lower_bound(request.fixed_keyframes.begin(), request.fixed_keyframes.end(), held), held);
+  }
+  return request;
+}
+
+}  // namespace planar_vslam

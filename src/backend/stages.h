@@ -1,0 +1,25 @@
+#pragma once
+// The stages of MapKeyframe, each a function of the map that returns the edit it asks for.
+#include <vector>
+
+#include "planar_vslam/backend/local_mapper.h"
+
+namespace planar_vslam {
+
+// Keyframes `id` works with: covisible ones first, then those before it along its odometry links.
+std::vector<KeyframeId> Neighbors(const Map& map, KeyframeId id, int covisible, int linked, int min_shared);
+
+// `neighbors` and, in a metric map, the keyframes standing near `id` and looking the same way: old places seen again.
+std::vector<KeyframeId> WithNearby(const Map& map, KeyframeId id, std::vector<KeyframeId> neighbors,
+                                   const LocalMapperOptions& options);
+// Valid landmark ids of a keyframe, in keypoint order.
+std::vector<LandmarkId> LandmarksSeen(const Keyframe& keyframe);
+
+MapEdit CullRecentLandmarks(const Map& map, KeyframeId newest, const LocalMapperOptions& options);
+MapEdit TriangulateWith(const Map& map, KeyframeId newest, KeyframeId neighbor, const MapperContext& context);
+// Projects `landmarks` into `target`: a free keypoint gains the observation, a taken one merges the two landmarks.
+MapEdit FuseInto(const Map& map, const std::vector<LandmarkId>& landmarks, KeyframeId target, const MapperContext& context);
+BundleRequest LocalRequest(const Map& map, KeyframeId newest, const LocalMapperOptions& options);
+MapEdit CullKeyframes(const Map& map, KeyframeId newest, const LocalMapperOptions& options, std::vector<CulledKeyframe>* culled);
+
+}  // namespace planar_vslam

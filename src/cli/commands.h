@@ -1,0 +1,25 @@
+#pragma once
+// The subcommands of the planar_vslam executable. Each adds itself to the application; when it is the one asked for, it
+// runs while the arguments are parsed and leaves its exit code.
+#include <string>
+
+namespace CLI {
+class App;
+}
+
+namespace planar_vslam {
+
+// Exit codes of every subcommand.
+constexpr int kExitSuccess = 0;
+constexpr int kExitFailure = 1;   // the input was fine, the work was not
+constexpr int kExitBadInput = 2;  // bad arguments or unreadable input
+
+void AddRun(CLI::App& app, int* exit_code);
+void AddEvaluate(CLI::App& app, int* exit_code);
+void AddGridScore(CLI::App& app, int* exit_code);
+void AddSimulate(CLI::App& app, int* exit_code);
+
+// "planar_vslam: message" as one line on stderr; returns `exit_code`.
+int Fail(int exit_code, const std::string& message);
+
+}  // namespace planar_vslam

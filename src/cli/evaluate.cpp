@@ -1,0 +1,63 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "commands.h"
+#include "planar_vslam/io/evaluation.h"
+#include "planar_vslam/io/trajectory.h"
+
+namespace planar_vslam {
+namespace {
+
+constexpr double kLongestOffset = 4e9;  // s; shifts between any two epochs of today fit
+
+struct EvaluateArguments {
+  std::string estimate, groundtruth, plot;
+  EvaluationAlignment alignment = EvaluationAlignment::kSe3;
+  double time_offset = 0.0;  // s, added to the estimate's stamps
+  bool json = false;
+};
+
+int Evaluate(const EvaluateArguments& arguments) {
+  Expected<Trajectory> estimate = ReadTrajectory(arguments.estimate);
+  if (!estimate) return Fail(kExitBadInput, estimate.error().message);
+  const Expected<Trajectory> truth = ReadTrajectory(arguments.groundtruth);
+  if (!truth) return Fail(kExitBadInput, truth.error().message);
+  const Timestamp shift = Timestamp::FromSeconds(arguments.time_offset);
+  for (StampedPose& pose : *estimate) pose.stamp.nanoseconds += shift.nanoseconds;
+  const Expected<TrajectoryErrors> errors = EvaluateTrajectory(*estimate, *truth, arguments.alignment);
+  if (!errors) return Fail(kExitFailure, arguments.estimate + ": " + errors.error().message);
+  if (!arguments.plot.empty()) {
+    const Expected<bool> plotted = WriteSvgPlot(*estimate, *truth, *errors, arguments.plot);
+    if (!plotted) return Fail(kExitFailure, plotted.error().message);
+  }
+  std::fputs((arguments.json ? ToJson(*errors) : ToText(*errors)).c_str(), stdout);
+  return kExitSuccess;
+}
+
+}  // namespace
+
+void AddEvaluate(CLI::App& app, int* exit_code) {
+  const std::map<std::string, EvaluationAlignment> alignments{{"none", EvaluationAlignment::kNone},
+                                                              {"se2", EvaluationAlignment::kSe2},
+                                                              {"se3", EvaluationAlignment::kSe3},
+                                                              {"sim3", EvaluationAlignment::kSim3},
+                                                              {"first", EvaluationAlignment::kFirst}};
+  auto arguments = std::make_shared<EvaluateArguments>();
+  CLI::App* command = app.add_subcommand("evaluate", "Errors of a trajectory against ground truth (TUM files)");
+  command->add_option("--estimate", arguments->estimate, "Trajectory to evaluate, TUM format")->required();
+  command->add_option("--groundtruth", arguments->groundtruth, "True trajectory, TUM format")->required();
+  command
+      ->add_option("--align", arguments->alignment,
+                   "How the estimate is laid over the truth: none, se2, se3 (default), sim3, or by the first pose")
+      ->transform(CLI::CheckedTransformer(alignments));
+  command->add_option("--time-offset", arguments->time_offset, "Seconds to add to the estimate's stamps")
+      ->check(CLI::Range(-kLongestOffset, kLongestOffset));
+  command->add_flag("--json", arguments->json, "Print JSON instead of a table");
+  command->add_option("--plot", arguments->plot, "Also write a picture of both trajectories, SVG");
+  command->callback([arguments, exit_code] { *exit_code = Evaluate(*arguments); });
+}
+
+}  // namespace planar_vslam

@@ -1,0 +1,42 @@
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <exception>
+#include <string>
+
+#include "commands.h"
+
+namespace planar_vslam {
+
+int Fail(int exit_code, const std::string& message) {
+  std::string line = message;
+  std::replace(line.begin(), line.end(), '\n', ' ');
+  std::fprintf(stderr, "planar_vslam: %s\n", line.c_str());
+  return exit_code;
+}
+
+namespace {
+
+int Main(int argc, char** argv) {
+  CLI::App app("Visual SLAM fused with wheel odometry for robots on a floor", "planar_vslam");
+  int exit_code = kExitSuccess;
+  AddRun(app, &exit_code);
+  AddEvaluate(app, &exit_code);
+  AddGridScore(app, &exit_code);
+  AddSimulate(app, &exit_code);
+  app.require_subcommand(1);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    const bool only_help = error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success);
+    return only_help ? app.exit(error) : Fail(kExitBadInput, std::string(error.what()) + " (--help explains)");
+  } catch (const std::exception& error) {
+    return Fail(kExitFailure, error.what());
+  }
+  return exit_code;
+}
+
+}  // namespace
+}  // namespace planar_vslam
+
+int main(int argc, char** argv) { return planar_vslam::Main(argc, argv); }

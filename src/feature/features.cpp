@@ -1,0 +1,81 @@
+#include "planar_vslam/feature/features.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace planar_vslam {
+namespace {
+
+// Bounds the memory of a grid over keypoints that a wild distortion threw far away; the outermost cells then hold
+// all that lies beyond, which a search still finds.
+constexpr int kMaxCellsPerAxis = 512;
+
+// Cell of a coordinate along one axis; never decreases as the coordinate grows.
+int CellOf(float coordinate, float origin, float cell_pixels, int cell_count) {
+  const float cell = (coordinate - origin) / cell_pixels;
+  if (!(cell > 0.0F)) return 0;
+  return cell < static_cast<float>(cell_count) ? static_cast<int>(cell) : cell_count - 1;
+}
+
+int CellCount(float extent, float cell_pixels) { return 1 + CellOf(extent, 0.0F, cell_pixels, kMaxCellsPerAxis); }
+
+}  // namespace
+
+ImageGrid::ImageGrid(const std::vector<Keypoint>& keypoints) {
+  if (keypoints.empty()) return;
+  Eigen::Vector2f upper = keypoints.front().pixel;
+  origin_ = upper;
+  for (const Keypoint& keypoint : keypoints) {
+    origin_ = origin_.cwiseMin(keypoint.pixel);
+    upper = upper.cwiseMax(keypoint.pixel);
+  }
+  columns_ = CellCount(upper.x() - origin_.x(), kCellPixels);
+  rows_ = CellCount(upper.y() - origin_.y(), kCellPixels);
+
+  std::vector<int> cell_of(keypoints.size());
+  cell_begin_.assign(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_) + 1, 0);
+  for (std::size_t i = 0; i < keypoints.size(); ++i) {
+    const Eigen::Vector2f& pixel = keypoints[i].pixel;
+    cell_of[i] = CellOf(pixel.y(), origin_.y(), kCellPixels, rows_) * columns_ +
+                 CellOf(pixel.x(), origin_.x(), kCellPixels, columns_);
+    ++cell_begin_[static_cast<std::size_t>(cell_of[i]) + 1];
+  }
+  std::partial_sum(cell_begin_.begin(), cell_begin_.end(), cell_begin_.begin());
+
+  members_.resize(keypoints.size());
+  std::vector<std::int32_t> next(cell_begin_.begin(), cell_begin_.end() - 1);
+  for (std::size_t i = 0; i < keypoints.size(); ++i) {
+    std::int32_t& slot = next[static_cast<std::size_t>(cell_of[i])];
+    members_[static_cast<std::size_t>(slot++)] = static_cast<std::int32_t>(i);
+  }
+}
+
+void ImageGrid::Search(const std::vector<Keypoint>& keypoints, const Eigen::Vector2f& center, float radius,
+                       int min_octave, int max_octave, std::vector<int>* indices) const {
+  if (members_.empty() || !(radius >= 0.0F) || !center.allFinite()) return;
+  const std::ptrdiff_t old_size = static_cast<std::ptrdiff_t>(indices->size());
+  // One pixel wider than asked, so that rounding of the bounds cannot lose a keypoint that lies on the boundary.
+  const float reach = radius + 1.0F;
+  const int first_column = CellOf(center.x() - reach, origin_.x(), kCellPixels, columns_);
+  const int last_column = CellOf(center.x() + reach, origin_.x(), kCellPixels, columns_);
+  const int first_row = CellOf(center.y() - reach, origin_.y(), kCellPixels, rows_);
+  const int last_row = CellOf(center.y() + reach, origin_.y(), kCellPixels, rows_);
+  for (int row = first_row; row <= last_row; ++row) {
+    // The cells of a row are neighbours in members_.
+    const std::size_t row_begin = static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_);
+    const std::int32_t begin = cell_begin_[row_begin + static_cast<std::size_t>(first_column)];
+    const std::int32_t end = cell_begin_[row_begin + static_cast<std::size_t>(last_column) + 1];
+    for (std::int32_t m = begin; m < end; ++m) {
+      const std::int32_t index = members_[static_cast<std::size_t>(m)];
+      const Keypoint& keypoint = keypoints[static_cast<std::size_t>(index)];
+      if (keypoint.octave < min_octave || keypoint.octave > max_octave) continue;
+      if (std::abs(keypoint.pixel.x() - center.x()) <= radius && std::abs(keypoint.pixel.y() - center.y()) <= radius) {
+        indices->push_back(index);
+      }
+    }
+  }
+  std::sort(indices->begin() + old_size, indices->end());
+}
+
+}  // namespace planar_vslam

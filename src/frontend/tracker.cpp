@@ -1,0 +1,296 @@
+#include "planar_vslam/frontend/tracker.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "planar_vslam/frontend/relocalizer.h"
+#include "planar_vslam/optimize/pose_only.h"
+#include "planar_vslam/planar/scale_recovery.h"
+
+namespace planar_vslam {
+namespace {
+
+constexpr double kChi2SixDof999 = 22.458;  // chi-square, 6 dof, 99.9 %
+constexpr std::size_t kRelocalizationCandidates = 8;
+
+Matrix6d Propagate(const Matrix6d& covariance, const Rigid3& T_i_j) {
+  const Matrix6d adjoint = AdjointSe3(T_i_j.Inverse());
+  return adjoint * covariance * adjoint.transpose();
+}
+
+std::vector<LandmarkId> ValidOnly(const std::vector<LandmarkId>& ids) {
+  std::vector<LandmarkId> valid;
+  std::copy_if(ids.begin(), ids.end(), std::back_inserter(valid), [](LandmarkId id) { return id.valid(); });
+  return valid;
+}
+
+int CountWellObserved(const Map& map, const std::vector<LandmarkId>& ids) {
+  constexpr std::size_t kWellObserved = 2;
+  return static_cast<int>(std::count_if(ids.begin(), ids.end(), [&map](LandmarkId id) {
+    const Landmark* landmark = id.valid() ? map.landmarks.Find(id) : nullptr;
+    return landmark != nullptr && landmark->observations.size() >= kWellObserved;
+  }));
+}
+
+double MedianDepth(const Map& map, const std::vector<LandmarkId>& ids, const Rigid3& T_map_camera) {
+  const Rigid3 T_camera_map = T_map_camera.Inverse();
+  std::vector<double> depths;
+  for (const LandmarkId id : ids) {
+    const Landmark* landmark = id.valid() ? map.landmarks.Find(id) : nullptr;
+    if (landmark != nullptr) depths.push_back((T_camera_map * landmark->p_map).z());
+  }
+  if (depths.empty()) return 0.0;
+  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
+  std::nth_element(depths.begin(), middle, depths.end());
+  return *middle;
+}
+
+}  // namespace
+
+std::vector<std::string> TrackerOptions::Problems() const {
+  std::vector<std::string> problems;
+  const auto positive = [&problems](double value, const char* name) {
+    if (!(value > 0.0)) problems.push_back(std::string(name) + " must be positive");
+  };
+  positive(pixel_sigma, "pixel_sigma");
+  positive(frame_search_radius, "frame_search_radius");
+  positive(map_search_radius, "map_search_radius");
+  positive(rematch_radius_max, "rematch_radius_max");
+  positive(min_inliers_odometry, "min_inliers_odometry");
+  positive(local_keyframes, "local_keyframes");
+  positive(keyframe_distance, "keyframe_distance");
+  positive(keyframe_angle, "keyframe_angle");
+  if (min_inliers < min_inliers_odometry) problems.emplace_back("min_inliers must be at least min_inliers_odometry");
+  if (!(keyframe_ratio > 0.0 && keyframe_ratio < 1.0)) problems.emplace_back("keyframe_ratio must lie between 0 and 1");
+  if (keyframe_min_gap < 1) problems.emplace_back("keyframe_min_gap must be at least 1");
+  return problems;
+}
+
+void Tracker::Start(const Map& map, KeyframeId keyframe) {
+  const Keyframe& k = map.keyframes.At(keyframe);
+  last_ = {keyframe, k.T_map_base, Rigid3(), k.T_base_camera, ValidOnly(k.landmarks), Matrix6d::Zero()};
+  velocity_.reset();
+  visually_tracked_ = true;
+  OnKeyframe(map, keyframe, Rigid3());
+}
+
+void Tracker::OnMapScaled(const Map& map, double scale) {
+  const Keyframe* reference = map.keyframes.Find(last_.reference);
+  const Rigid3 T_refbase_camera = reference != nullptr ? reference->T_base_camera : last_.T_base_camera;
+  last_.T_ref_base = ScaleCameraMotion(last_.T_ref_base, T_refbase_camera, last_.T_base_camera, scale);
+  last_.T_map_ref = ReferencePose(map);
+  velocity_.reset();
+}
+
+void Tracker::OnKeyframe(const Map& map, KeyframeId keyframe, const Rigid3& T_keyframe_last) {
+  const Keyframe& k = map.keyframes.At(keyframe);
+  last_.reference = keyframe;
+  last_.T_map_ref = k.T_map_base;
+  last_.T_ref_base = T_keyframe_last;
+  const std::vector<LandmarkId> landmarks = ValidOnly(k.landmarks);
+  if (visually_tracked_) last_.landmarks = landmarks;
+  reference_landmarks_ = CountWellObserved(map, landmarks);
+  frames_since_keyframe_ = 0;
+}
+
+Rigid3 Tracker::ReferencePose(const Map& map) const {
+  const Keyframe* reference = map.keyframes.Find(last_.reference);
+  return reference != nullptr ? reference->T_map_base : last_.T_map_ref;
+}
+
+Tracker::Prediction Tracker::Predict(const TrackInput& input, const Map& map) const {
+  const Rigid3 T_map_last = ReferencePose(map) * last_.T_ref_base;
+  Prediction prediction{T_map_last, last_.covariance, false};
+  if (map.metric && input.odometry.has_value()) {
+    const Rigid3 step = Embed3(input.odometry->T_i_j);
+    prediction.T_map_base = T_map_last * step;
+    prediction.covariance =
+        Propagate(last_.covariance, step) + LiftedCovariance(*input.odometry, context_.odometry_noise);
+    prediction.from_odometry = true;
+  } else if (velocity_.has_value() && visually_tracked_) {
+    prediction.T_map_base = T_map_last * *velocity_;
+  }
+  return prediction;
+}
+
+bool Tracker::EnoughInliers(const Prediction& prediction, const TrackResult& result) const {
+  const TrackerOptions& o = context_.options;
+  const bool odometry_agrees = prediction.from_odometry && !result.odometry_rejected;
+  return result.inliers >= (odometry_agrees ? o.min_inliers_odometry : o.min_inliers);
+}
+
+bool Tracker::Optimize(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result) const {
+  std::vector<PoseObservation> observations;
+  std::vector<std::size_t> keypoints;
+  for (std::size_t i = 0; i < result->matches.landmarks.size(); ++i) {
+    if (!result->matches.landmarks[i].valid()) continue;
+    const Keypoint& keypoint = input.features->keypoints[i];
+    const double sigma = context_.options.pixel_sigma * map.octave_scales[static_cast<std::size_t>(keypoint.octave)];
+    observations.push_back({map.landmarks.At(result->matches.landmarks[i]).p_map, keypoint.pixel.cast<double>(), sigma, true});
+    keypoints.push_back(i);
+  }
+  PoseOnlyProblem problem;
+  problem.T_map_base = result->T_map_base;
+  problem.T_base_camera = input.T_base_camera;
+  problem.camera = context_.camera;
+  problem.planar = map.metric && context_.planar.mode != PlanarMode::kOff;
+  problem.sigma_height = context_.planar.sigma_height;
+  problem.sigma_tilt = context_.planar.sigma_tilt;
+  if (prediction.from_odometry) {
+    problem.prior = PosePrior{prediction.T_map_base, SquareRootInformation(prediction.covariance)};
+  }
+  PoseOnlyResult pose = OptimizePose(problem, &observations);
+  result->odometry_rejected = false;
+  if (prediction.from_odometry) {
+    const Vector6d difference = LogSe3(prediction.T_map_base.Inverse() * pose.T_map_base);
+    const double squared = (problem.prior->sqrt_information * difference).squaredNorm();
+    if (squared > kChi2SixDof999) {  // slip, or a wrong match: let vision speak alone
+      problem.prior.reset();
+      for (PoseObservation& o : observations) o.inlier = true;
+      const PoseOnlyResult alone = OptimizePose(problem, &observations);
+      result->odometry_rejected = true;
+      pose = alone;
+    }
+  }
+  result->T_map_base = pose.T_map_base;
+  result->inliers = pose.inliers;
+  result->covariance = (pose.information + 1e-6 * Matrix6d::Identity()).inverse();
+  for (std::size_t i = 0; i < observations.size(); ++i) {
+    if (observations[i].inlier) continue;
+    result->matches.landmarks[keypoints[i]] = LandmarkId{};
+    --result->matches.count;
+  }
+  return EnoughInliers(prediction, *result);
+}
+
+bool Tracker::TrackLastFrame(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result) const {
+  if (!visually_tracked_) return false;
+  constexpr int kEnoughMatches = 20;
+  for (const double widen : {1.0, 2.5}) {
+    result->matches = FrameMatches{};
+    result->T_map_base = prediction.T_map_base;
+    ProjectionSearchOptions search;
+    search.radius = widen * context_.options.frame_search_radius;
+    search.ratio = 0.9;
+    SearchByProjection(map, last_.landmarks, prediction.T_map_base * input.T_base_camera, context_.camera,
+                       *input.features, search, &result->matches);
+    if (result->matches.count >= kEnoughMatches && Optimize(input, map, prediction, result)) return true;
+  }
+  return false;
+}
+
+// The map projected around the prediction, window by the prediction's covariance; without odometry, the latest
+// keyframes and those nearest to where the camera was, one by one.
+bool Tracker::Rematch(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result) const {
+  const Rigid3 T_map_camera = prediction.T_map_base * input.T_base_camera;
+  std::vector<KeyframeId> keyframes =
+      NearbyKeyframes(map, T_map_camera, map.metric ? 2.0 * context_.options.nearby_distance : 1e9,
+                      context_.options.nearby_angle, static_cast<std::size_t>(context_.options.local_keyframes));
+  if (prediction.from_odometry) {
+    const double heading_sigma = std::sqrt(prediction.covariance(5, 5));
+    const double position_sigma = std::sqrt(prediction.covariance.topLeftCorner<2, 2>().trace());
+    constexpr double kTypicalDepth = 3.0;  // m, turns a position error into pixels
+    const double sigma_px = context_.camera.fx * std::hypot(heading_sigma, position_sigma / kTypicalDepth);
+    ProjectionSearchOptions search;
+    search.radius = std::clamp(3.0 * sigma_px, context_.options.frame_search_radius, context_.options.rematch_radius_max);
+    search.ratio = 0.75;
+    search.max_distance = 60;
+    result->matches = FrameMatches{};
+    result->T_map_base = prediction.T_map_base;
+    SearchByProjection(map, LandmarksOf(map, keyframes), T_map_camera, context_.camera, *input.features, search,
+                       &result->matches);
+    if (result->matches.count >= context_.options.min_inliers_rematch && Optimize(input, map, prediction, result) &&
+        result->inliers >= context_.options.min_inliers_rematch && !result->odometry_rejected) {
+      return true;
+    }
+    return false;
+  }
+  keyframes = NearbyKeyframes(map, T_map_camera, 1e9, M_PI, kRelocalizationCandidates);
+  const RelocalizerOptions options;
+  for (const KeyframeId keyframe : keyframes) {
+    const auto hypothesis = RelocalizeAgainst(map, keyframe, *input.features, context_.camera, options);
+    if (!hypothesis.has_value()) continue;
+    result->matches = hypothesis->matches;
+    result->T_map_base = hypothesis->T_map_camera * input.T_base_camera.Inverse();
+    if (Optimize(input, map, prediction, result)) return true;
+  }
+  return false;
+}
+
+bool Tracker::TrackLocalMap(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result) const {
+  std::vector<KeyframeId> local =
+      VotedKeyframes(map, result->matches.landmarks, static_cast<std::size_t>(context_.options.local_keyframes));
+  if (map.metric) {
+    const std::vector<KeyframeId> near = NearbyKeyframes(map, result->T_map_base * input.T_base_camera,
+                                                         context_.options.nearby_distance, context_.options.nearby_angle, 10);
+    local.insert(local.end(), near.begin(), near.end());
+  }
+  ProjectionSearchOptions search;
+  search.radius = context_.options.map_search_radius;
+  result->matches.visible = ValidOnly(result->matches.landmarks);
+  SearchByProjection(map, LandmarksOf(map, local), result->T_map_base * input.T_base_camera, context_.camera,
+                     *input.features, search, &result->matches);
+  return Optimize(input, map, prediction, result);
+}
+
+bool Tracker::WantsKeyframe(const TrackInput& input, const Map& map, const TrackResult& result) const {
+  const TrackerOptions& o = context_.options;
+  if (frames_since_keyframe_ < o.keyframe_min_gap) return false;
+  const Rigid3 T_map_camera = result.T_map_base * input.T_base_camera;
+  const Keyframe* reference = map.keyframes.Find(last_.reference);
+  if (reference == nullptr) return true;
+  const Rigid3 moved = reference->T_map_camera().Inverse() * T_map_camera;
+  const double angle = LogSo3(moved.rotation).norm();
+  if (result.status == TrackStatus::kOdometry) {
+    constexpr double kBlindDistance = 0.25;  // m between keyframes that rest on odometry alone
+    return static_cast<int>(input.features->keypoints.size()) >= o.keyframe_min_features &&
+           (moved.translation.norm() > kBlindDistance || angle > o.keyframe_angle);
+  }
+  if (CountWellObserved(map, result.matches.landmarks) < o.keyframe_ratio * reference_landmarks_) return true;
+  return angle > o.keyframe_angle ||
+         moved.translation.norm() > o.keyframe_distance * MedianDepth(map, result.matches.landmarks, T_map_camera);
+}
+
+void Tracker::Remember(const TrackInput& input, const Map& map, TrackResult* result) {
+  const Rigid3 T_map_last = ReferencePose(map) * last_.T_ref_base;
+  const bool tracked = result->status == TrackStatus::kTracking || result->status == TrackStatus::kRelocalized;
+  if (tracked && visually_tracked_) {
+    velocity_ = T_map_last.Inverse() * result->T_map_base;
+  } else {
+    velocity_.reset();
+  }
+  if (!map.keyframes.Contains(last_.reference)) {
+    last_.reference = std::prev(map.keyframes.end())->first;
+  }
+  last_.T_map_ref = ReferencePose(map);
+  last_.T_ref_base = last_.T_map_ref.Inverse() * result->T_map_base;
+  last_.T_base_camera = input.T_base_camera;
+  last_.covariance = result->covariance;
+  if (tracked) last_.landmarks = ValidOnly(result->matches.landmarks);
+  visually_tracked_ = tracked;
+  ++frames_since_keyframe_;
+  result->reference = last_.reference;
+  result->T_ref_base = last_.T_ref_base;
+}
+
+TrackResult Tracker::Track(const TrackInput& input, const Map& map) {
+  const Prediction prediction = Predict(input, map);
+  TrackResult result;
+  const bool was_tracked = visually_tracked_;
+  const bool first = TrackLastFrame(input, map, prediction, &result) || Rematch(input, map, prediction, &result);
+  if (first && TrackLocalMap(input, map, prediction, &result)) {
+    result.status = was_tracked ? TrackStatus::kTracking : TrackStatus::kRelocalized;
+  } else {
+    result.status = prediction.from_odometry ? TrackStatus::kOdometry : TrackStatus::kLost;
+    result.T_map_base = prediction.T_map_base;
+    result.covariance = prediction.covariance;
+    result.matches = FrameMatches{};
+    result.matches.landmarks.resize(input.features->keypoints.size());
+    result.inliers = 0;
+  }
+  result.wants_keyframe = result.status != TrackStatus::kLost && WantsKeyframe(input, map, result);
+  Remember(input, map, &result);
+  return result;
+}
+
+}  // namespace planar_vslam

@@ -1,0 +1,44 @@
+#pragma once
+// ROS messages -> our values.
+#include <geometry_msgs/Transform.h>
+#include <ros/time.h>
+#include <rosbag/message_instance.h>
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/LaserScan.h>
+
+#include <string>
+
+#include "planar_vslam/geometry/expected.h"
+#include "planar_vslam/sensor/camera_model.h"
+#include "planar_vslam/sensor/measurements.h"
+
+namespace planar_vslam::io {
+
+inline Timestamp ToTimestamp(const ros::Time& time) { return {static_cast<std::int64_t>(time.toNSec())}; }
+
+Rigid3 ToRigid3(const geometry_msgs::Transform& transform);
+PlanarScan ToPlanarScan(const sensor_msgs::LaserScan& scan);
+
+// `where` (file and topic) is named in errors. A rectified image takes P without distortion.
+Expected<CameraModel> ToCameraModel(const sensor_msgs::CameraInfo& info, const std::string& where, bool rectified);
+
+// A stored sensor_msgs/Image or CompressedImage.
+struct StampedImage {
+  ros::Time stamp;
+  std::string frame_id;
+  Expected<GrayImage> image;
+};
+StampedImage ReadImage(const rosbag::MessageInstance& message, bool compressed);
+
+// The message as M; throws rosbag::BagFormatException where the bag's definition of the type is another.
+template <class M>
+boost::shared_ptr<M> Instantiate(const rosbag::MessageInstance& message) {
+  boost::shared_ptr<M> instance = message.instantiate<M>();
+  if (instance == nullptr) {
+    throw rosbag::BagFormatException("topic " + message.getTopic() + " has another definition of " +
+                                     message.getDataType());
+  }
+  return instance;
+}
+
+}  // namespace planar_vslam::io

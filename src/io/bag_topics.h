@@ -1,0 +1,29 @@
+#pragma once
+// Which topics of a bag are the robot's sensors.
+#include <rosbag/bag.h>
+
+#include <string>
+#include <vector>
+
+#include "planar_vslam/geometry/expected.h"
+#include "planar_vslam/io/recording.h"
+
+namespace planar_vslam::io {
+
+struct BagTopics {
+  std::string image;
+  bool image_compressed = false;
+  std::string camera_info;
+  std::string odometry;         // nav_msgs/Odometry; empty: none
+  std::string scan;             // empty: none
+  std::vector<std::string> tf;  // tf and tf_static
+};
+
+// `file` is named in errors.
+Expected<BagTopics> ChooseTopics(const rosbag::Bag& bag, const std::string& file, const BagOptions& options);
+
+bool IsStaticTf(const std::string& topic);
+// An image image_proc has rectified: its intrinsics are the P of the camera_info, without distortion.
+bool IsRectifiedImage(const std::string& topic);
+
+}  // namespace planar_vslam::io

@@ -1,0 +1,121 @@
+#include "bag_transforms.h"
+
+#include <fmt/format.h>
+#include <rosbag/view.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "bag_messages.h"
+
+namespace planar_vslam::io {
+namespace {
+
+struct FramePair {
+  std::string from, to;
+};
+
+std::vector<FramePair> WantedPairs(const SensorFrames& frames) {
+  std::vector<FramePair> pairs{{frames.base, frames.camera}};
+  if (!frames.laser.empty()) pairs.push_back({frames.base, frames.laser});
+  if (!frames.odometry_child.empty()) pairs.push_back({frames.odometry_child, frames.base});
+  if (!frames.odom.empty()) pairs.push_back({frames.odom, frames.base});
+  return pairs;
+}
+
+// The chains of all pairs, or nothing while one is not connected yet.
+std::optional<std::vector<TfChain>> AllChains(const TfTree& tree, const std::vector<FramePair>& pairs) {
+  std::vector<TfChain> chains;
+  for (const FramePair& pair : pairs) {
+    std::optional<TfChain> chain = tree.Chain(pair.from, pair.to);
+    if (!chain.has_value()) return std::nullopt;
+    chains.push_back(std::move(*chain));
+  }
+  return chains;
+}
+
+void CountRefused(TfPush result, const geometry_msgs::TransformStamped& transform, SkipLog* skipped) {
+  const std::string where = fmt::format("{} -> {} at {}.{:09d}", transform.header.frame_id, transform.child_frame_id,
+                                        transform.header.stamp.sec, transform.header.stamp.nsec);
+  if (result == TfPush::kNotFinite) skipped->Count("tf not a rigid transform", where);
+  if (result == TfPush::kSecondParent) skipped->Count("tf with a second parent", where);
+}
+
+// Robots publish dozens of joints: once all wanted frames are connected, only the edges between them are kept.
+// Repeated samples of an edge are common (several publishers) and not worth a word.
+TfTree ReadTree(const rosbag::Bag& bag, const BagTopics& topics, const std::vector<FramePair>& wanted,
+                SkipLog* skipped) {
+  TfTree tree;
+  if (topics.tf.empty()) return tree;
+  bool reduced = false;
+  rosbag::View view(bag, rosbag::TopicQuery(topics.tf));
+  for (const rosbag::MessageInstance& message : view) {
+    const bool is_static = IsStaticTf(message.getTopic());
+    const auto tf = Instantiate<tf2_msgs::TFMessage>(message);
+    for (const geometry_msgs::TransformStamped& transform : tf->transforms) {
+      const TfPush result = tree.Add(FrameName(transform.header.frame_id), FrameName(transform.child_frame_id),
+                                     ToTimestamp(transform.header.stamp), ToRigid3(transform.transform), is_static);
+      CountRefused(result, transform, skipped);
+    }
+    if (reduced) continue;
+    if (const auto chains = AllChains(tree, wanted)) {
+      tree.KeepOnly(*chains);
+      reduced = true;
+    }
+  }
+  return tree;
+}
+
+Expected<TfChain> RequiredChain(const TfTree& tree, const std::string& file, const FramePair& pair, const char* what) {
+  if (auto chain = tree.Chain(pair.from, pair.to)) return *chain;
+  if (pair.to.empty()) return Error{fmt::format("{}: header.frame_id is empty ({}); expected a tf frame", file, what)};
+  const std::vector<std::string> known = tree.Frames();
+  for (const std::string& frame : {pair.from, pair.to}) {
+    if (std::find(known.begin(), known.end(), frame) != known.end()) continue;
+    return Error{
+        fmt::format("{}: tf frame '{}' ({}) is not in this bag; it has {}", file, frame, what, fmt::join(known, ", "))};
+  }
+  return Error{fmt::format("{}: tf does not connect '{}' and '{}' ({}); it has {}", file, pair.from, pair.to, what,
+                           fmt::join(known, ", "))};
+}
+
+}  // namespace
+
+Expected<BagTransforms> ReadTransforms(const rosbag::Bag& bag, const std::string& file, const BagTopics& topics,
+                                       const SensorFrames& frames, SkipLog* skipped) {
+  BagTransforms transforms;
+  if (frames.base.empty()) return transforms;
+  TfTree& tree = transforms.tree;
+  tree = ReadTree(bag, topics, WantedPairs(frames), skipped);
+  if (tree.empty()) {
+    if (topics.odometry.empty() && topics.scan.empty()) return transforms;
+    return Error{
+        fmt::format("{}: no tf; expected '{}' -> '{}', as there is odometry or a laser (base_frame '' ignores those)",
+                    file, frames.base, frames.camera)};
+  }
+  transforms.has_base_transform = true;
+  const Expected<TfChain> camera =
+      RequiredChain(tree, file, {frames.base, frames.camera}, "base_frame to the images' frame");
+  if (!camera) return camera.error();
+  transforms.base_to_camera = *camera;
+  if (!frames.laser.empty()) {
+    const Expected<TfChain> laser =
+        RequiredChain(tree, file, {frames.base, frames.laser}, "base_frame to the scans' frame");
+    if (!laser) return laser.error();
+    transforms.base_to_laser = *laser;
+  }
+  if (!frames.odometry_child.empty()) {
+    const Expected<TfChain> child =
+        RequiredChain(tree, file, {frames.odometry_child, frames.base}, "the odometry's child_frame_id to base_frame");
+    if (!child) return child.error();
+    transforms.odometry_child_to_base = *child;
+  }
+  if (!frames.odom.empty()) {
+    const std::optional<TfChain> odom = tree.Chain(frames.odom, frames.base);
+    if (odom.has_value() && tree.FirstMovingEdge(*odom).has_value()) transforms.odom_to_base = odom;
+  }
+  return transforms;
+}
+
+}  // namespace planar_vslam::io

@@ -1,0 +1,33 @@
+#pragma once
+// The tf of a bag, read in one pass before the rest, reduced to the ways between the base and its sensors.
+#include <rosbag/bag.h>
+
+#include <optional>
+#include <string>
+
+#include "bag_topics.h"
+#include "planar_vslam/geometry/expected.h"
+#include "skip_log.h"
+#include "tf_tree.h"
+
+namespace planar_vslam::io {
+
+// Frames to connect with the base; an empty name: not needed.
+struct SensorFrames {
+  std::string base, odom, camera, laser;
+  std::string odometry_child;  // the frame whose pose the odometry topic gives
+};
+
+struct BagTransforms {
+  TfTree tree;
+  bool has_base_transform = false;        // false: no tf at all, base is the camera
+  TfChain base_to_camera, base_to_laser;  // of has_base_transform
+  TfChain odometry_child_to_base;         // with an odometry topic
+  std::optional<TfChain> odom_to_base;    // without an odometry topic, where tf holds a moving odom -> base
+};
+
+// `frames.base` empty: tf is not used. Errors name the missing frame and those there are.
+Expected<BagTransforms> ReadTransforms(const rosbag::Bag& bag, const std::string& file, const BagTopics& topics,
+                                       const SensorFrames& frames, SkipLog* skipped);
+
+}  // namespace planar_vslam::io

@@ -1,0 +1,34 @@
+#pragma once
+// Encoded and raw images -> 8-bit grey.
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "planar_vslam/geometry/expected.h"
+#include "planar_vslam/sensor/measurements.h"
+
+namespace planar_vslam::io {
+
+// JPEG, PNG, ... in memory, in the sensor's own orientation (EXIF turns would not match the intrinsics); nothing when
+// it cannot be decoded.
+std::optional<GrayImage> DecodeImage(const std::vector<std::uint8_t>& bytes);
+
+// The same of a file.
+std::optional<GrayImage> DecodeImageFile(const std::filesystem::path& path);
+
+// Rows of a sensor_msgs/Image.
+struct RawImage {
+  int width = 0;
+  int height = 0;
+  std::size_t row_bytes = 0;
+  std::string encoding;
+  bool big_endian = false;
+  const std::vector<std::uint8_t>* data = nullptr;
+};
+
+// An error names the encoding or the missing bytes.
+Expected<GrayImage> ConvertImage(const RawImage& raw);
+
+}  // namespace planar_vslam::io

@@ -1,0 +1,24 @@
+#include "planar_vslam/io/recording.h"
+
+#include <fmt/format.h>
+
+#include "bag_recording.h"
+#include "folder_layouts.h"
+#include "folder_recording.h"
+
+namespace planar_vslam {
+
+namespace fs = std::filesystem;
+
+Expected<std::unique_ptr<Recording>> OpenRecording(const fs::path& path, const RecordingOptions& options) {
+  std::error_code ignored;
+  const fs::file_status status = fs::status(path, ignored);
+  if (!fs::exists(status)) return Error{fmt::format("{}: no such file or folder", path.string())};
+  if (!fs::is_directory(status)) return io::OpenBagRecording(path, options);
+  if (io::IsFolderLayout(path)) return io::OpenFolderRecording(path, options);
+  return Error{
+      fmt::format("{}: not a recording; expected images.csv, rgb.txt (TUM-RGBD) or image_0 and times.txt (KITTI) in it",
+                  path.string())};
+}
+
+}  // namespace planar_vslam

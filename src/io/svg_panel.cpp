@@ -1,0 +1,110 @@
+#include "svg_panel.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace planar_vslam::io {
+namespace {
+
+constexpr double kFontSize = 12.0;       // px
+constexpr double kPixelsPerTick = 90.0;  // about this far apart
+constexpr double kSmallestRange = 1e-3;  // axis units; a standing robot still gets axes
+
+// 1, 2 or 5 times a power of ten, at least `wanted`.
+double RoundStep(double wanted) {
+  const double power = std::pow(10.0, std::floor(std::log10(wanted)));
+  for (const double factor : {1.0, 2.0, 5.0}) {
+    if (factor * power >= wanted) return factor * power;
+  }
+  return 10.0 * power;
+}
+
+void Widen(double* low, double* high, double range) {
+  const double middle = 0.5 * (*low + *high);
+  *low = middle - 0.5 * range;
+  *high = middle + 0.5 * range;
+}
+
+// Multiples of a round step inside [low, high] on an axis of `length` px.
+struct Ticks {
+  double step;
+  long first, last;
+};
+
+Ticks TicksOf(double low, double high, double length) {
+  const double step = RoundStep((high - low) * kPixelsPerTick / length);
+  constexpr double kSlack = 1e-9;  // steps: keeps a tick that lies on the border
+  return {step, std::lround(std::ceil(low / step - kSlack)), std::lround(std::floor(high / step + kSlack))};
+}
+
+std::string TickLabel(long index, double step) { return fmt::format("{:.6g}", static_cast<double>(index) * step); }
+
+std::string GridLine(double x1, double y1, double x2, double y2) {
+  return fmt::format("<line x1=\"{:.2f}\" y1=\"{:.2f}\" x2=\"{:.2f}\" y2=\"{:.2f}\" stroke=\"#e0e0e0\"/>\n", x1, y1, x2,
+                     y2);
+}
+
+}  // namespace
+
+SvgPanel::SvgPanel(const PixelBox& box, double x_min, double x_max, double y_min, double y_max, bool equal_axes)
+    : box_(box), x_min_(x_min), x_max_(x_max), y_min_(y_min), y_max_(y_max) {
+  Widen(&x_min_, &x_max_, std::max(x_max - x_min, kSmallestRange));
+  if (y_max - y_min < kSmallestRange) y_max_ = y_min + kSmallestRange;
+  if (!equal_axes) return;
+  const double units_per_px = std::max((x_max_ - x_min_) / box.width, (y_max_ - y_min_) / box.height);
+  Widen(&x_min_, &x_max_, units_per_px * box.width);
+  Widen(&y_min_, &y_max_, units_per_px * box.height);
+}
+
+std::string SvgPanel::Axes(const std::string& x_label, const std::string& y_label) const {
+  constexpr double kTickGap = 6.0, kXLabelGap = 36.0, kYLabelGap = 46.0;  // px
+  const double right = box_.left + box_.width, bottom = box_.top + box_.height;
+  std::string svg;
+  const Ticks xs = TicksOf(x_min_, x_max_, box_.width);
+  for (long i = xs.first; i <= xs.last; ++i) {
+    const double x = PixelX(static_cast<double>(i) * xs.step);
+    svg += GridLine(x, box_.top, x, bottom);
+    svg += SvgText(x, bottom + kTickGap + kFontSize, TickLabel(i, xs.step), "middle", kFontSize);
+  }
+  const Ticks ys = TicksOf(y_min_, y_max_, box_.height);
+  for (long i = ys.first; i <= ys.last; ++i) {
+    const double y = PixelY(static_cast<double>(i) * ys.step);
+    svg += GridLine(box_.left, y, right, y);
+    svg += SvgText(box_.left - kTickGap, y + kFontSize / 3.0, TickLabel(i, ys.step), "end", kFontSize);
+  }
+  svg += fmt::format(
+      "<rect x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\" fill=\"none\" stroke=\"#404040\"/>\n",
+      box_.left, box_.top, box_.width, box_.height);
+  svg += SvgText(box_.left + box_.width / 2.0, bottom + kXLabelGap, x_label, "middle", kFontSize);
+  const double label_x = box_.left - kYLabelGap, label_y = box_.top + box_.height / 2.0;
+  svg += fmt::format("<g transform=\"rotate(-90 {0:.2f} {1:.2f})\">{2}</g>\n", label_x, label_y,
+                     SvgText(label_x, label_y, y_label, "middle", kFontSize));
+  return svg;
+}
+
+std::string SvgPanel::Line(const std::vector<std::pair<double, double>>& points, const std::string& color,
+                           double width) const {
+  if (points.size() < 2) return "";
+  std::string svg =
+      fmt::format("<polyline fill=\"none\" stroke=\"{}\" stroke-width=\"{:.1f}\" stroke-linejoin=\"round\" points=\"",
+                  color, width);
+  for (const auto& [x, y] : points) svg += fmt::format("{:.2f},{:.2f} ", PixelX(x), PixelY(y));
+  svg.back() = '"';
+  return svg + "/>\n";
+}
+
+std::string SvgPanel::Dot(double x, double y, const std::string& color) const {
+  constexpr double kRadius = 4.0;  // px
+  return fmt::format("<circle cx=\"{:.2f}\" cy=\"{:.2f}\" r=\"{:.1f}\" fill=\"{}\"/>\n", PixelX(x), PixelY(y), kRadius,
+                     color);
+}
+
+std::string SvgText(double x, double y, const std::string& text, const std::string& anchor, double size_px) {
+  return fmt::format(
+      "<text x=\"{:.2f}\" y=\"{:.2f}\" font-size=\"{:.0f}\" text-anchor=\"{}\" fill=\"#202020\">{}</text>\n", x, y,
+      size_px, anchor, text);
+}
+
+}  // namespace planar_vslam::io

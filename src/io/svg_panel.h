@@ -1,0 +1,35 @@
+#pragma once
+// One set of axes in an SVG picture.
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace planar_vslam::io {
+
+// Rectangle of the picture in px.
+struct PixelBox {
+  double left, top, width, height;
+};
+
+class SvgPanel {
+ public:
+  // The box shows x from x_min to x_max and y from y_min to y_max, y upwards; with `equal_axes` a metre is as long on
+  // both axes and the shorter range is widened about its middle.
+  SvgPanel(const PixelBox& box, double x_min, double x_max, double y_min, double y_max, bool equal_axes);
+
+  // Frame, grid lines at round numbers, their values, and the names of the axes.
+  std::string Axes(const std::string& x_label, const std::string& y_label) const;
+  std::string Line(const std::vector<std::pair<double, double>>& points, const std::string& color, double width) const;
+  std::string Dot(double x, double y, const std::string& color) const;
+
+ private:
+  double PixelX(double x) const { return box_.left + (x - x_min_) / (x_max_ - x_min_) * box_.width; }
+  double PixelY(double y) const { return box_.top + (y_max_ - y) / (y_max_ - y_min_) * box_.height; }
+
+  PixelBox box_;
+  double x_min_, x_max_, y_min_, y_max_;
+};
+
+std::string SvgText(double x, double y, const std::string& text, const std::string& anchor, double size_px);
+
+}  // namespace planar_vslam::io

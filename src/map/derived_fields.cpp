@@ -1,0 +1,95 @@
+#include "derived_fields.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "planar_vslam/geometry/check.h"
+
+namespace planar_vslam {
+namespace {
+
+// Twice the median (the two middle values added when the count is even), so that it stays an integer.
+int TwiceMedian(std::vector<int>* values) {
+  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
+  std::nth_element(values->begin(), middle, values->end());
+  const int lower = values->size() % 2 == 1 ? *middle : *std::max_element(values->begin(), middle);
+  return lower + *middle;
+}
+
+const Observation& ReferenceObservation(const Landmark& landmark) {
+  for (const Observation& o : landmark.observations) {
+    if (o.keyframe == landmark.created_by) return o;
+  }
+  return landmark.observations.front();
+}
+
+}  // namespace
+
+Descriptor MedoidDescriptor(const std::vector<Descriptor>& descriptors) {
+  const std::size_t n = descriptors.size();
+  PV_CHECK(n > 0, "a landmark without observations has no descriptor");
+  if (n <= 2) return descriptors.front();
+  std::vector<int> distances(n * n, 0);
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t j = i + 1; j < n; ++j) {
+      distances[i * n + j] = distances[j * n + i] = HammingDistance(descriptors[i], descriptors[j]);
+    }
+  }
+  std::size_t best = 0;
+  int best_median = std::numeric_limits<int>::max();
+  std::vector<int> others;
+  for (std::size_t i = 0; i < n; ++i) {
+    others.clear();
+    for (std::size_t j = 0; j < n; ++j) {
+      if (j != i) others.push_back(distances[i * n + j]);
+    }
+    const int median = TwiceMedian(&others);
+    if (median < best_median) {
+      best = i;
+      best_median = median;
+    }
+  }
+  return descriptors[best];
+}
+
+DerivedFields::DerivedFields(const Map& map) : map_(map) {
+  p_map_cameras_.reserve(map.keyframes.size());
+  for (const auto& [id, keyframe] : map.keyframes) {
+    p_map_cameras_.emplace_back(id, keyframe.T_map_base * keyframe.T_base_camera.translation);
+  }
+}
+
+void DerivedFields::UpdateDescriptor(Landmark* landmark) {
+  descriptors_.clear();
+  for (const Observation& o : landmark->observations) {
+    descriptors_.push_back(map_.keyframes.At(o.keyframe).features->descriptors[o.keypoint]);
+  }
+  landmark->descriptor = MedoidDescriptor(descriptors_);
+}
+
+void DerivedFields::UpdateGeometry(Landmark* landmark) const {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const Observation& o : landmark->observations) {
+    sum += (landmark->p_map - CameraCenter(o.keyframe)).normalized();
+  }
+  landmark->view_direction = sum.normalized();  // zero where the directions cancel
+
+  const Observation& reference = ReferenceObservation(*landmark);
+  const Keyframe& keyframe = map_.keyframes.At(reference.keyframe);
+  const auto octave = static_cast<std::size_t>(keyframe.features->keypoints[reference.keypoint].octave);
+  PV_CHECK(octave < map_.octave_scales.size(), "keyframe " << reference.keyframe.value << " keypoint "
+                                                           << reference.keypoint << " octave=" << octave
+                                                           << " octave_scales.size()=" << map_.octave_scales.size());
+  const double distance = (landmark->p_map - CameraCenter(reference.keyframe)).norm();
+  landmark->max_distance = distance * map_.octave_scales[octave];
+  landmark->min_distance = landmark->max_distance / map_.octave_scales.back();
+}
+
+const Eigen::Vector3d& DerivedFields::CameraCenter(KeyframeId id) const {
+  const auto it = std::lower_bound(p_map_cameras_.begin(), p_map_cameras_.end(), id,
+                                   [](const auto& entry, KeyframeId i) { return entry.first < i; });
+  PV_CHECK(it != p_map_cameras_.end() && it->first == id, "keyframe " << id.value);
+  return it->second;
+}
+
+}  // namespace planar_vslam

@@ -1,0 +1,233 @@
+#include "planar_vslam/optimize/bundle_adjustment.h"
+
+#include <ceres/ceres.h>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+
+#include "planar_vslam/optimize/reprojection_factor.h"
+#include "planar_vslam/planar/odometry_factor.h"
+#include "planar_vslam/planar/pose_manifold.h"
+
+namespace planar_vslam {
+namespace {
+
+constexpr double kChi2TwoDof95 = 5.991;       // chi-square, 2 dof, 95 %
+constexpr std::size_t kDenseSchurPoses = 60;  // beyond, the reduced camera matrix is worth treating as sparse
+
+struct BlockObservation {
+  std::size_t keyframe;  // index into the keyframe blocks
+  std::size_t landmark;  // index into the landmark blocks
+  bool inlier = true;
+};
+
+// The part of a map that takes part, copied into parameter blocks that lie in id order in one buffer: Ceres then gives
+// the same bits in every run.
+class BundleProblem {
+ public:
+  BundleProblem(const Map& map, const BundleRequest& request, const BundleContext& context)
+      : map_(map), request_(request), context_(context) {
+    std::merge(request.free_keyframes.begin(), request.free_keyframes.end(), request.fixed_keyframes.begin(),
+               request.fixed_keyframes.end(), std::back_inserter(keyframes_));
+    blocks_.resize(keyframes_.size() * kPoseBlockSize + request.landmarks.size() * 3);
+    for (std::size_t i = 0; i < keyframes_.size(); ++i) StorePose(map.keyframes.At(keyframes_[i]).T_map_base, PoseBlock(i));
+    for (std::size_t i = 0; i < request.landmarks.size(); ++i) {
+      const Landmark& landmark = map.landmarks.At(request.landmarks[i]);
+      Eigen::Map<Eigen::Vector3d>(PointBlock(i)) = landmark.p_map;
+      for (const Observation& o : landmark.observations) CollectObservation(i, o);
+    }
+  }
+
+  bool empty() const { return observations_.empty(); }
+
+  bool Solve(int max_iterations, BundleResult* result) {
+    ceres::Problem::Options options;
+    options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+    options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+    options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+    ceres::Problem problem(options);
+    auto* ordering = new ceres::ParameterBlockOrdering;
+    AddBlocks(&problem, ordering);
+    AddReprojections(&problem);
+    AddOdometry(&problem);
+    AddFloor(&problem);
+
+    ceres::Solver::Options solver;
+    solver.linear_solver_ordering.reset(ordering);
+    solver.linear_solver_type =
+        request_.free_keyframes.size() <= kDenseSchurPoses ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
+    solver.max_num_iterations = max_iterations;
+    solver.num_threads = 1;
+    solver.function_tolerance = 1e-5;
+    solver.logging_type = ceres::SILENT;
+    ceres::Solver::Summary summary;
+    ceres::Solve(solver, &problem, &summary);
+    if (result->iterations == 0) result->initial_cost = summary.initial_cost;
+    result->final_cost = summary.final_cost;
+    result->iterations += static_cast<int>(summary.iterations.size());
+    result->message = summary.message;
+    return summary.IsSolutionUsable();
+  }
+
+  // Marks observations beyond the chi-square limit or behind the camera.
+  void Classify() {
+    for (BlockObservation& o : observations_) {
+      const double* pose = PoseBlock(o.keyframe);
+      const Keyframe& keyframe = map_.keyframes.At(keyframes_[o.keyframe]);
+      const Rigid3 T_map_camera = LoadPose(pose) * keyframe.T_base_camera;
+      const Eigen::Vector3d p_camera = T_map_camera.Inverse() * Eigen::Vector3d(Eigen::Map<const Eigen::Vector3d>(PointBlock(o.landmark)));
+      const Keypoint& keypoint = KeypointOf(o);
+      o.inlier = p_camera.z() > kMinDepth &&
+                 ((context_.camera.ProjectUndistorted(p_camera) - keypoint.pixel.cast<double>()) / Sigma(keypoint)).squaredNorm() <= kChi2TwoDof95;
+    }
+  }
+
+  void Report(BundleResult* result) const {
+    for (std::size_t i = 0; i < keyframes_.size(); ++i) {
+      if (IsFree(keyframes_[i])) result->poses.emplace_back(keyframes_[i], LoadPose(PoseBlock(i)));
+    }
+    for (std::size_t i = 0; i < request_.landmarks.size(); ++i) {
+      result->points.emplace_back(request_.landmarks[i], Eigen::Map<const Eigen::Vector3d>(PointBlock(i)));
+    }
+    for (const BlockObservation& o : observations_) {
+      if (!o.inlier) result->outliers.emplace_back(request_.landmarks[o.landmark], keyframes_[o.keyframe]);
+    }
+  }
+
+ private:
+  double* PoseBlock(std::size_t i) { return blocks_.data() + i * kPoseBlockSize; }
+  const double* PoseBlock(std::size_t i) const { return blocks_.data() + i * kPoseBlockSize; }
+  double* PointBlock(std::size_t i) { return blocks_.data() + keyframes_.size() * kPoseBlockSize + 3 * i; }
+  const double* PointBlock(std::size_t i) const { return blocks_.data() + keyframes_.size() * kPoseBlockSize + 3 * i; }
+
+  bool IsFree(KeyframeId id) const {
+    return std::binary_search(request_.free_keyframes.begin(), request_.free_keyframes.end(), id);
+  }
+  std::size_t IndexOf(KeyframeId id) const {
+    const auto it = std::lower_bound(keyframes_.begin(), keyframes_.end(), id);
+    return it != keyframes_.end() && *it == id ? static_cast<std::size_t>(it - keyframes_.begin()) : keyframes_.size();
+  }
+  const Keypoint& KeypointOf(const BlockObservation& o) const {
+    const Landmark& landmark = map_.landmarks.At(request_.landmarks[o.landmark]);
+    const KeyframeId id = keyframes_[o.keyframe];
+    const auto it = std::lower_bound(landmark.observations.begin(), landmark.observations.end(), id,
+                                     [](const Observation& a, KeyframeId k) { return a.keyframe < k; });
+    return map_.keyframes.At(id).features->keypoints[it->keypoint];
+  }
+  double Sigma(const Keypoint& keypoint) const {
+    return context_.options.pixel_sigma * map_.octave_scales[static_cast<std::size_t>(keypoint.octave)];
+  }
+
+  void CollectObservation(std::size_t landmark, const Observation& o) {
+    const std::size_t index = IndexOf(o.keyframe);
+    if (index == keyframes_.size()) return;
+    const Keyframe& keyframe = map_.keyframes.At(o.keyframe);
+    const Keypoint& keypoint = keyframe.features->keypoints[o.keypoint];
+    observations_.push_back({index, landmark, true});
+    reprojections_.emplace_back(keypoint.pixel.cast<double>(), keyframe.T_base_camera, context_.camera.fx,
+                                context_.camera.fy, context_.camera.cx, context_.camera.cy, Sigma(keypoint));
+  }
+
+  void AddBlocks(ceres::Problem* problem, ceres::ParameterBlockOrdering* ordering) {
+    for (std::size_t i = 0; i < keyframes_.size(); ++i) {
+      problem->AddParameterBlock(PoseBlock(i), kPoseBlockSize, &manifold_);
+      if (!IsFree(keyframes_[i])) problem->SetParameterBlockConstant(PoseBlock(i));
+      ordering->AddElementToGroup(PoseBlock(i), 1);
+    }
+    for (std::size_t i = 0; i < request_.landmarks.size(); ++i) {
+      problem->AddParameterBlock(PointBlock(i), 3);
+      ordering->AddElementToGroup(PointBlock(i), 0);
+    }
+  }
+
+  void AddReprojections(ceres::Problem* problem) {
+    for (std::size_t i = 0; i < observations_.size(); ++i) {
+      const BlockObservation& o = observations_[i];
+      if (o.inlier) problem->AddResidualBlock(&reprojections_[i], &pixel_loss_, PoseBlock(o.keyframe), PointBlock(o.landmark));
+    }
+  }
+
+  void AddOdometry(ceres::Problem* problem) {
+    if (!context_.options.use_odometry || !map_.metric) return;
+    odometry_factors_.clear();
+    for (std::size_t j = 0; j < keyframes_.size(); ++j) {
+      const std::optional<OdometryLink>& link = map_.keyframes.At(keyframes_[j]).odometry_link;
+      if (!link.has_value()) continue;
+      const std::size_t i = IndexOf(link->from);
+      if (i == keyframes_.size() || (!IsFree(keyframes_[i]) && !IsFree(keyframes_[j]))) continue;
+      const Matrix6d covariance = LiftedCovariance(link->odometry, context_.odometry_noise);
+      odometry_factors_.emplace_back(Embed3(link->odometry.T_i_j), SquareRootInformation(covariance));
+      problem->AddResidualBlock(&odometry_factors_.back(), &odometry_loss_, PoseBlock(i), PoseBlock(j));
+    }
+  }
+
+  void AddFloor(ceres::Problem* problem) {
+    if (context_.planar.mode == PlanarMode::kOff || !map_.metric) return;
+    for (const KeyframeId id : request_.free_keyframes) {
+      problem->AddResidualBlock(&floor_, nullptr, PoseBlock(IndexOf(id)));
+    }
+  }
+
+  const Map& map_;
+  const BundleRequest& request_;
+  const BundleContext& context_;
+  std::vector<KeyframeId> keyframes_;  // free and fixed, ascending
+  std::vector<double> blocks_;
+  std::vector<BlockObservation> observations_;
+  std::deque<ReprojectionFactor> reprojections_;  // one per observation; cost functions cannot be moved
+  std::deque<OdometryFactor> odometry_factors_;
+  PlanarPriorFactor floor_{context_.planar.sigma_height, context_.planar.sigma_tilt};
+  PoseManifold manifold_;
+  ceres::HuberLoss pixel_loss_{std::sqrt(kChi2TwoDof95)};
+  ceres::HuberLoss odometry_loss_{context_.options.odometry_huber};
+};
+
+}  // namespace
+
+std::vector<std::string> BundleOptions::Problems() const {
+  std::vector<std::string> problems;
+  if (max_iterations < 1) problems.emplace_back("max_iterations must be at least 1");
+  if (!(pixel_sigma > 0.0)) problems.emplace_back("pixel_sigma must be positive (px)");
+  if (!(odometry_huber > 0.0)) problems.emplace_back("odometry_huber must be positive");
+  return problems;
+}
+
+BundleResult AdjustBundle(const Map& map, const BundleRequest& request, const BundleContext& context) {
+  BundleResult result;
+  BundleProblem problem(map, request, context);
+  if (problem.empty() || request.free_keyframes.empty()) {
+    result.message = "nothing to adjust";
+    return result;
+  }
+  result.converged = problem.Solve(context.options.max_iterations, &result);
+  problem.Classify();
+  if (result.converged && context.options.drop_outliers) {
+    result.converged = problem.Solve(context.options.max_iterations, &result);
+    problem.Classify();
+  }
+  if (result.converged) problem.Report(&result);
+  return result;
+}
+
+MapEdit ToEdit(const BundleResult& result) {
+  MapEdit edit;
+  edit.reserve(result.poses.size() + result.points.size() + result.outliers.size());
+  for (const auto& [id, T_map_base] : result.poses) edit.emplace_back(SetKeyframePose{id, T_map_base});
+  for (const auto& [id, p_map] : result.points) edit.emplace_back(SetLandmarkPosition{id, p_map});
+  for (const auto& [landmark, keyframe] : result.outliers) edit.emplace_back(EraseObservation{landmark, keyframe});
+  return edit;
+}
+
+BundleRequest WholeMapRequest(const Map& map) {
+  BundleRequest request;
+  for (const auto& [id, keyframe] : map.keyframes) {
+    (request.fixed_keyframes.empty() ? request.fixed_keyframes : request.free_keyframes).push_back(id);
+  }
+  for (const auto& [id, landmark] : map.landmarks) {
+    if (landmark.observations.size() >= 2) request.landmarks.push_back(id);
+  }
+  return request;
+}
+
+}  // namespace planar_vslam

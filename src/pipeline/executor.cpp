@@ -1,0 +1,40 @@
+#include "planar_vslam/pipeline/executor.h"
+
+#include <utility>
+
+namespace planar_vslam {
+
+WorkerExecutor::WorkerExecutor() : thread_([this] { Loop(); }) {}
+
+WorkerExecutor::~WorkerExecutor() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    stopping_ = true;
+  }
+  wake_.notify_one();
+  thread_.join();
+}
+
+void WorkerExecutor::Submit(std::function<void()> job) {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    jobs_.push_back(std::move(job));
+  }
+  wake_.notify_one();
+}
+
+void WorkerExecutor::Loop() {
+  while (true) {
+    std::function<void()> job;
+    {
+      std::unique_lock<std::mutex> lock(mutex_);
+      wake_.wait(lock, [this] { return stopping_ || !jobs_.empty(); });
+      if (jobs_.empty()) return;
+      job = std::move(jobs_.front());
+      jobs_.pop_front();
+    }
+    job();
+  }
+}
+
+}  // namespace planar_vslam

@@ -1,0 +1,278 @@
+#include "planar_vslam/pipeline/slam_system.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "planar_vslam/planar/scale_recovery.h"
+
+namespace planar_vslam {
+namespace {
+
+class Stopwatch {
+ public:
+  double Milliseconds() const {
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+BundleContext MakeBundleContext(const PipelineOptions& options, const CameraModel& camera, bool has_base_transform) {
+  BundleContext context{camera, options.odometry_noise, options.planar, options.bundle};
+  if (!has_base_transform) context.planar.mode = PlanarMode::kOff;  // nothing is known about a floor
+  return context;
+}
+
+FrameState ToState(TrackStatus status) {
+  switch (status) {
+    case TrackStatus::kTracking:
+      return FrameState::kTracking;
+    case TrackStatus::kRelocalized:
+      return FrameState::kRelocalized;
+    case TrackStatus::kOdometry:
+      return FrameState::kOdometry;
+    case TrackStatus::kLost:
+      break;
+  }
+  return FrameState::kLost;
+}
+
+std::optional<PreintegratedOdometry> Step(const FramePacket& packet, const OdometryNoise& noise) {
+  if (packet.odometry.empty()) return std::nullopt;
+  return Preintegrate(packet.odometry, noise);
+}
+
+// Features of the image, with twice the keypoints while there is no map: initialisation needs the matches.
+FrameFeaturesPtr Extract(OrbExtractor* extractor, const FramePacket& packet, bool initializing, int count) {
+  constexpr int kInitializationFactor = 2;
+  return std::make_shared<const FrameFeatures>(
+      extractor->Extract(packet.image.image, initializing ? kInitializationFactor * count : count));
+}
+
+}  // namespace
+
+const char* ToString(FrameState state) {
+  switch (state) {
+    case FrameState::kInitializing:
+      return "initializing";
+    case FrameState::kTracking:
+      return "tracking";
+    case FrameState::kOdometry:
+      return "odometry";
+    case FrameState::kRelocalized:
+      return "relocalized";
+    case FrameState::kLost:
+      return "lost";
+  }
+  return "lost";
+}
+
+SlamSystem::SlamSystem(const PipelineOptions& options, const CameraModel& camera, bool has_base_transform, Schedule schedule)
+    : options_(options),
+      camera_(camera),
+      bundle_(MakeBundleContext(options, camera, has_base_transform)),
+      extractor_(options.orb, camera),
+      initializer_(options.initializer, bundle_, options.orb.ScaleFactors()),
+      tracker_({camera, options.odometry_noise, bundle_.planar, options.tracker}) {
+  if (schedule == Schedule::kThreaded) {
+    executor_ = std::make_unique<WorkerExecutor>();
+  } else {
+    executor_ = std::make_unique<InlineExecutor>();
+  }
+}
+
+SlamSystem::~SlamSystem() {
+  if (pending_.has_value()) pending_->outcome.wait();
+}
+
+void SlamSystem::Reset() {
+  if (pending_.has_value()) pending_->outcome.wait();
+  pending_.reset();
+  map_.reset();
+  initializer_ = Initializer(options_.initializer, bundle_, options_.orb.ScaleFactors());
+  tracker_ = Tracker({camera_, options_.odometry_noise, bundle_.planar, options_.tracker});
+  since_keyframe_.reset();
+  sightings_ = CountSightings{};
+  trajectory_ = TrajectoryRecorder{};
+  before_map_.clear();
+  scans_.clear();
+  report_ = SystemReport{};
+}
+
+FrameReport SlamSystem::Process(const FramePacket& packet) {
+  const Stopwatch total;
+  FrameReport report;
+  report.stamp = packet.image.stamp;
+  const FrameFeaturesPtr features = Extract(&extractor_, packet, map_ == nullptr, options_.orb.feature_count);
+  report.extract_ms = total.Milliseconds();
+  const std::optional<PreintegratedOdometry> step = Step(packet, options_.odometry_noise);
+  if (map_ == nullptr) {
+    Initialize(packet, features, step, &report);
+  } else {
+    TrackFrame(packet, features, step, &report);
+  }
+  report.metric = map_ != nullptr && map_->metric;
+  report.total_ms = total.Milliseconds();
+  ++report_.frames[report.state];
+  return report;
+}
+
+void SlamSystem::Initialize(const FramePacket& packet, const FrameFeaturesPtr& features,
+                            const std::optional<PreintegratedOdometry>& step, FrameReport* report) {
+  before_map_.push_back({packet.image.stamp, packet.T_base_camera, step});
+  InitializerReport initial = initializer_.Add({packet.image.stamp, features, packet.T_base_camera, step});
+  report->waiting_for = initial.waiting_for;
+  if (!initial.map.has_value()) return;
+  map_ = std::make_shared<const Map>(std::move(*initial.map));
+  const auto& [id, keyframe] = *std::prev(map_->keyframes.end());
+  tracker_.Start(*map_, id);
+  if (step.has_value()) since_keyframe_ = PreintegratedOdometry{};
+  report_.initialized = packet.image.stamp;
+  report_.keyframes_made = 2;
+  PlaceEarlyFrames();
+  report->state = FrameState::kTracking;
+  report->keyframe = true;
+  report->T_map_base = keyframe.T_map_base;
+  report->inliers = static_cast<int>(map_->landmarks.size());
+  T_map_base_last_ = keyframe.T_map_base;
+  KeepScans(packet);
+}
+
+// Frames from before the map hang on the first keyframe by odometry; on an unscaled map only the keyframes have poses.
+void SlamSystem::PlaceEarlyFrames() {
+  const auto& [first, first_keyframe] = *map_->keyframes.begin();
+  const auto& [second, second_keyframe] = *std::prev(map_->keyframes.end());
+  const Timestamp origin = first_keyframe.stamp;
+  Rigid2 T_start_first, T_start_frame;
+  for (const EarlyFrame& frame : before_map_) {
+    if (frame.step.has_value()) T_start_frame = T_start_frame * frame.step->T_i_j;
+    if (frame.stamp == origin) T_start_first = T_start_frame;
+  }
+  T_start_frame = Rigid2();
+  for (const EarlyFrame& frame : before_map_) {
+    if (frame.step.has_value()) T_start_frame = T_start_frame * frame.step->T_i_j;
+    const bool is_first = frame.stamp == origin, is_second = frame.stamp == second_keyframe.stamp;
+    if (!map_->metric && !is_first && !is_second) continue;
+    const Rigid3 T_first_frame = is_first ? Rigid3() : Embed3(T_start_first.Inverse() * T_start_frame);
+    trajectory_.Add({frame.stamp, is_second ? second : first, is_second ? Rigid3() : T_first_frame, frame.T_base_camera});
+  }
+  before_map_.clear();
+}
+
+void SlamSystem::TrackFrame(const FramePacket& packet, const FrameFeaturesPtr& features,
+                            const std::optional<PreintegratedOdometry>& step, FrameReport* report) {
+  CollectMapping(false);
+  const Stopwatch tracking;
+  if (step.has_value() && since_keyframe_.has_value()) {
+    since_keyframe_ = Compose(*since_keyframe_, *step);
+  } else {
+    since_keyframe_.reset();
+  }
+  TrackResult result = tracker_.Track({packet.image.stamp, features, packet.T_base_camera, step}, *map_);
+  report->track_ms = tracking.Milliseconds();
+  report->state = ToState(result.status);
+  report->inliers = result.inliers;
+  report->covariance = result.covariance;
+  report->odometry_rejected = result.odometry_rejected;
+  report_.odometry_rejected += result.odometry_rejected ? 1 : 0;
+  sightings_.predicted_visible.insert(sightings_.predicted_visible.end(), result.matches.visible.begin(), result.matches.visible.end());
+  for (const LandmarkId id : result.matches.landmarks) {
+    if (id.valid()) sightings_.found.push_back(id);
+  }
+  if (result.status == TrackStatus::kLost) return;
+  report->T_map_base = result.T_map_base;
+  T_map_base_last_ = result.T_map_base;
+  trajectory_.Add({packet.image.stamp, result.reference, result.T_ref_base, packet.T_base_camera});
+  KeepScans(packet);
+  if (result.wants_keyframe && !pending_.has_value()) {
+    report->keyframe = true;
+    const Stopwatch mapping;
+    Propose(packet, features, std::move(result));
+    report->map_ms = mapping.Milliseconds();
+  }
+}
+
+void SlamSystem::Propose(const FramePacket& packet, const FrameFeaturesPtr& features, TrackResult result) {
+  KeyframeProposal proposal;
+  proposal.keyframe = {packet.image.stamp, result.T_map_base, packet.T_base_camera, features, std::move(result.matches.landmarks), {}};
+  proposal.odometry = since_keyframe_;
+  proposal.sightings = std::move(sightings_);
+  sightings_ = CountSightings{};
+  since_keyframe_.reset();
+  if (!packet.odometry.empty() || packet.T_odom_base.has_value()) since_keyframe_ = PreintegratedOdometry{};
+
+  auto task = std::make_shared<std::packaged_task<MappingOutcome()>>(
+      [snapshot = map_, proposal = std::move(proposal), context = MapperContext{bundle_, options_.mapper}] {
+        return MapKeyframe(*snapshot, proposal, context);
+      });
+  pending_ = Pending{task->get_future(), packet.image.stamp, result.T_map_base};
+  executor_->Submit([task] { (*task)(); });
+  CollectMapping(false);
+}
+
+void SlamSystem::CollectMapping(bool wait) {
+  if (!pending_.has_value()) return;
+  if (!wait && pending_->outcome.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
+  MappingOutcome outcome = pending_->outcome.get();
+  const Rigid3 T_keyframe_last = pending_->T_map_base.Inverse() * T_map_base_last_;
+  const Timestamp stamp = pending_->stamp;
+  pending_.reset();
+  map_ = std::make_shared<const Map>(std::move(outcome.map));
+  trajectory_.OnCulled(outcome.report.keyframes_culled);
+  trajectory_.Reanchor(stamp, outcome.report.keyframe);
+  ++report_.keyframes_made;
+  report_.keyframes_culled += static_cast<long>(outcome.report.keyframes_culled.size());
+  tracker_.OnKeyframe(*map_, outcome.report.keyframe, T_keyframe_last);
+  TryScaleRecovery(stamp);
+}
+
+// The paper's procedure: N keyframes, scale from odometry between them, keyframes and points scaled, the map levelled
+// to the first base pose, global bundle adjustment.
+void SlamSystem::TryScaleRecovery(Timestamp stamp) {
+  if (map_->metric || static_cast<int>(map_->keyframes.size()) < options_.scale.keyframes) return;
+  std::vector<LeverArmSample> samples;
+  Rigid2 T_odom_base;
+  for (const auto& [id, keyframe] : map_->keyframes) {
+    if (id != map_->keyframes.begin()->first) {
+      if (!keyframe.odometry_link.has_value()) return;
+      T_odom_base = T_odom_base * keyframe.odometry_link->odometry.T_i_j;
+    }
+    samples.push_back({keyframe.T_map_camera(), keyframe.T_base_camera, T_odom_base});
+  }
+  const auto by_steps = RecoverScale(samples, ScaleMethod::kSteps, options_.scale.min_distance);
+  const auto by_centroids = RecoverScale(samples, ScaleMethod::kCentroids, options_.scale.min_distance);
+  if (!by_steps.has_value() || !by_centroids.has_value()) return;
+  report_.scale = ScaleReport{*by_steps, *by_centroids, std::prev(map_->keyframes.end())->first, stamp};
+
+  const double scale = *by_centroids;
+  const Keyframe& first = map_->keyframes.begin()->second;
+  Rigid3 T_map_camera = first.T_map_camera();
+  T_map_camera.translation *= scale;
+  const Rigid3 T_level = (T_map_camera * first.T_base_camera.Inverse()).Inverse();
+  Map scaled = Apply(*map_, {TransformMap{scale, T_level}, SetMetric{true}});
+  trajectory_.OnScaled(scaled, scale);
+  MappingOutcome outcome = AdjustWholeMap(std::move(scaled), bundle_);
+  map_ = std::make_shared<const Map>(std::move(outcome.map));
+  tracker_.OnMapScaled(*map_, scale);
+}
+
+void SlamSystem::KeepScans(const FramePacket& packet) {
+  if (trajectory_.size() == 0) return;
+  for (const ScanPacket& scan : packet.scans) {
+    scans_.push_back({scan.scan, scan.T_base_laser, scan.T_frame_base, trajectory_.size() - 1});
+  }
+}
+
+void SlamSystem::Finish() {
+  CollectMapping(true);
+  if (map_ == nullptr || !options_.final_bundle_adjustment) return;
+  BundleContext context = bundle_;
+  constexpr int kFinalIterations = 30;
+  context.options.max_iterations = std::max(context.options.max_iterations, kFinalIterations);
+  MappingOutcome outcome = AdjustWholeMap(*map_, context);
+  map_ = std::make_shared<const Map>(std::move(outcome.map));
+}
+
+}  // namespace planar_vslam

@@ -1,0 +1,76 @@
+#include "planar_vslam/pipeline/synchronizer.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace planar_vslam {
+
+void Synchronizer::Push(CameraFrame frame) {
+  if (last_image_.has_value() && frame.image.stamp <= *last_image_) {
+    ++dropped_["image stamp not increasing"];
+    return;
+  }
+  last_image_ = frame.image.stamp;
+  images_.push_back(std::move(frame));
+}
+
+void Synchronizer::Push(const OdometryReading& reading) {
+  switch (odometry_.Push(reading)) {
+    case PushResult::kAccepted:
+      break;
+    case PushResult::kNotMonotonic:
+      ++dropped_["odometry stamp not increasing"];
+      break;
+    case PushResult::kNotFinite:
+      ++dropped_["odometry not finite"];
+      break;
+  }
+}
+
+void Synchronizer::Push(LaserFrame frame) {
+  if (!with_odometry_) return;
+  scans_.push_back(std::move(frame));
+}
+
+FramePacket Synchronizer::Assemble(CameraFrame frame) {
+  FramePacket packet;
+  const Timestamp stamp = frame.image.stamp;
+  packet.image = std::move(frame.image);
+  packet.T_base_camera = frame.T_base_camera;
+  packet.T_odom_base = odometry_.Interpolate(stamp);
+  if (packet.T_odom_base.has_value() && last_packet_.has_value()) {
+    packet.odometry = odometry_.Slice(*last_packet_, stamp);
+  }
+  while (!scans_.empty() && scans_.front().scan.stamp <= stamp) {
+    const std::optional<Rigid2> T_odom_scan = odometry_.Interpolate(scans_.front().scan.stamp);
+    if (packet.T_odom_base.has_value() && T_odom_scan.has_value()) {
+      packet.scans.push_back({std::move(scans_.front().scan), scans_.front().T_base_laser,
+                              packet.T_odom_base->Inverse() * *T_odom_scan});
+    } else {
+      ++dropped_["scan not covered by odometry"];
+    }
+    scans_.pop_front();
+  }
+  if (packet.T_odom_base.has_value()) odometry_.DropBefore(scans_.empty() ? stamp : std::min(stamp, scans_.front().scan.stamp));
+  last_packet_ = stamp;
+  return packet;
+}
+
+std::optional<FramePacket> Synchronizer::Pop() {
+  while (!images_.empty()) {
+    const Timestamp stamp = images_.front().image.stamp;
+    if (with_odometry_ && !finished_ && (odometry_.empty() || odometry_.last_stamp() < stamp)) return std::nullopt;
+    const bool before_odometry = with_odometry_ && !last_packet_.has_value() && !odometry_.Covers(stamp);
+    if (before_odometry) {
+      ++dropped_["image before the first odometry"];
+      images_.pop_front();
+      continue;
+    }
+    CameraFrame frame = std::move(images_.front());
+    images_.pop_front();
+    return Assemble(std::move(frame));
+  }
+  return std::nullopt;
+}
+
+}  // namespace planar_vslam
