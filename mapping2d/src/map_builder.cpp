@@ -14,6 +14,8 @@ namespace {
 // robot); lasers tilted on purpose look down by more.
 constexpr double kLevelTilt = DegreesToRadians(3.0);
 
+constexpr double kLatticeReach = 32768.0;  // voxels each way from the origin: an octomap::OcTreeKey has 16 bits
+
 // How much of a point's depth distribution, a normal one, lies in its own voxel.
 double ShareInVoxel(double depth_sigma, double resolution) {
   return depth_sigma > 0.0 ? std::erf(0.5 * resolution / (M_SQRT2 * depth_sigma)) : 1.0;
@@ -54,18 +56,31 @@ OccupancyGrid2d Raster(const std::vector<Cell>& cells, const std::vector<Eigen::
   return grid;
 }
 
+// OctoMap's .bt format: a text header, then two bits a node. OcTree::writeBinary does the same but talks on stderr.
+bool WriteBinaryTree(octomap::OcTree& tree, std::ostream& out) {
+  tree.toMaxLikelihood();
+  tree.prune();
+  out << "# Octomap OcTree binary file\nid " << tree.getTreeType() << "\nsize " << tree.size() << "\nres "
+      << tree.getResolution() << "\ndata\n";
+  if (tree.size() > 0) tree.writeBinaryData(out);
+  return out.good();
+}
+
 }  // namespace
 
 struct MapBuilder::State {
   MapBuilderOptions options;
   OccupancyLayer visual, laser;
+  double occupied_log_odds, free_log_odds;
   std::vector<double> laser_heights;  // m, centres of the voxel layers that level lasers write to
   std::vector<Eigen::Vector2d> footprints;
 
   explicit State(const MapBuilderOptions& o)
       : options(o),
         visual(o.visual, o.resolution, o.clamp_min, o.clamp_max),
-        laser(o.laser, o.resolution, o.clamp_min, o.clamp_max) {}
+        laser(o.laser, o.resolution, o.clamp_min, o.clamp_max),
+        occupied_log_odds(LogOdds(o.occupied_threshold)),
+        free_log_odds(LogOdds(o.free_threshold)) {}
 
   // The height a level laser's evidence goes to: one layer of voxels for all scans within a voxel of it, so that the
   // pose estimate's jitter in height does not split what belongs together.
@@ -78,8 +93,8 @@ struct MapBuilder::State {
   }
 
   Verdict Judge(double log_odds) const {
-    if (log_odds >= LogOdds(options.occupied_threshold)) return Verdict::kOccupied;
-    return log_odds < LogOdds(options.free_threshold) ? Verdict::kFree : Verdict::kUnknown;
+    if (log_odds >= occupied_log_odds) return Verdict::kOccupied;
+    return log_odds < free_log_odds ? Verdict::kFree : Verdict::kUnknown;
   }
 
   // Cells whose centre the robot's footprint covered.
@@ -102,15 +117,12 @@ struct MapBuilder::State {
   // Calls visit(key, log_odds, known_to_laser) once for each voxel that a layer knows; where both do, log-odds add.
   template <class Visitor>
   void VisitFused(const Visitor& visit) const {
-    const octomap::OcTree& a = visual.tree();
-    const octomap::OcTree& b = laser.tree();
-    for (auto leaf = a.begin_leafs(), end = a.end_leafs(); leaf != end; ++leaf) {
-      const octomap::OcTreeNode* other = b.search(leaf.getKey());
-      const double sum = double{leaf->getLogOdds()} + (other != nullptr ? double{other->getLogOdds()} : 0.0);
-      visit(leaf.getKey(), sum, other != nullptr);
+    for (const Voxel& voxel : visual.table().voxels()) {
+      const Voxel* other = laser.table().Find(voxel.key);
+      visit(Unpack(voxel.key), voxel.log_odds + (other != nullptr ? other->log_odds : 0.0F), other != nullptr);
     }
-    for (auto leaf = b.begin_leafs(), end = b.end_leafs(); leaf != end; ++leaf) {
-      if (a.search(leaf.getKey()) == nullptr) visit(leaf.getKey(), double{leaf->getLogOdds()}, true);
+    for (const Voxel& voxel : laser.table().voxels()) {
+      if (visual.table().Find(voxel.key) == nullptr) visit(Unpack(voxel.key), voxel.log_odds, true);
     }
   }
 };
@@ -197,16 +209,18 @@ void MapBuilder::InsertScan(const PosedScan& scan) {
 
 void MapBuilder::MarkFootprint(const Eigen::Vector2d& base_in_map) {
   PV_CHECK(base_in_map.allFinite(), "base_in_map=" << base_in_map.transpose());
-  if (state_->options.footprint_radius > 0.0) state_->footprints.push_back(base_in_map);
+  const MapBuilderOptions& options = state_->options;
+  const bool on_lattice = (base_in_map / options.resolution).cwiseAbs().maxCoeff() < kLatticeReach;
+  if (options.footprint_radius > 0.0 && on_lattice) state_->footprints.push_back(base_in_map);
 }
 
 OccupancyGrid2d MapBuilder::Grid() const {
   const MapBuilderOptions& options = state_->options;
-  const octomap::OcTree& tree = state_->laser.tree();
-  const int key_of_zero = tree.coordToKey(0.0);
+  const octomap::OcTree lattice(options.resolution);
+  const int key_of_zero = lattice.coordToKey(0.0);
   std::vector<Cell> cells;
-  state_->VisitFused([&](const octomap::OcTreeKey& key, double log_odds, bool known_to_laser) {
-    const double z = tree.keyToCoord(key[2]);
+  state_->VisitFused([&](const octomap::OcTreeKey& key, float log_odds, bool known_to_laser) {
+    const double z = lattice.keyToCoord(key[2]);
     const double lowest = known_to_laser ? 0.0 : options.band_min;  // the slice of a low laser counts
     const Verdict verdict = state_->Judge(log_odds);
     if (verdict == Verdict::kUnknown || z < lowest || z > options.band_max) return;
@@ -215,25 +229,26 @@ OccupancyGrid2d MapBuilder::Grid() const {
   return Raster(cells, state_->FootprintCells(), options.resolution);
 }
 
-Expected<bool> MapBuilder::WriteOctomap(const std::filesystem::path& bt_path) const {
+Expected<bool> MapBuilder::WriteOctomap(const std::filesystem::path& path) const {
   const MapBuilderOptions& options = state_->options;
   octomap::OcTree fused(options.resolution);
   fused.setOccupancyThres(options.occupied_threshold);
-  state_->VisitFused([&](const octomap::OcTreeKey& key, double log_odds, bool) {
+  state_->VisitFused([&](const octomap::OcTreeKey& key, float log_odds, bool) {
     if (state_->Judge(log_odds) == Verdict::kUnknown) return;
-    fused.setNodeValue(key, static_cast<float>(log_odds), /*lazy_eval=*/true);
+    fused.setNodeValue(key, log_odds, /*lazy_eval=*/true);
   });
   if (fused.getRoot() != nullptr) fused.updateInnerOccupancy();
-  std::ofstream file(bt_path, std::ios::binary);
-  const bool good =
-      file && (bt_path.extension() == ".ot" ? fused.write(file) : fused.writeBinary(file)) && file.flush();
-  if (!good) return Error{bt_path.string() + ": cannot be written (is the folder there, and space left?)"};
+  std::ofstream file(path, std::ios::binary);
+  const bool good = file && (path.extension() == ".ot" ? fused.write(file) : WriteBinaryTree(fused, file));
+  if (!good || !file.flush()) {
+    return Error{path.string() + ": cannot be written (is the folder there, and space left?)"};
+  }
   return true;
 }
 
 std::size_t MapBuilder::VoxelCount() const {
   std::size_t count = 0;
-  state_->VisitFused([&](const octomap::OcTreeKey&, double, bool) { ++count; });
+  state_->VisitFused([&](const octomap::OcTreeKey&, float, bool) { ++count; });
   return count;
 }
 

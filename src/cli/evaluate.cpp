@@ -15,10 +15,18 @@ constexpr double kLongestOffset = 4e9;  // s; shifts between any two epochs of t
 
 struct EvaluateArguments {
   std::string estimate, groundtruth, plot;
-  EvaluationAlignment alignment = EvaluationAlignment::kSe3;
+  std::string alignment = "se3";
   double time_offset = 0.0;  // s, added to the estimate's stamps
   bool json = false;
 };
+
+std::map<std::string, EvaluationAlignment> Alignments() {
+  return {{"none", EvaluationAlignment::kNone},
+          {"se2", EvaluationAlignment::kSe2},
+          {"se3", EvaluationAlignment::kSe3},
+          {"sim3", EvaluationAlignment::kSim3},
+          {"first", EvaluationAlignment::kFirst}};
+}
 
 int Evaluate(const EvaluateArguments& arguments) {
   Expected<Trajectory> estimate = ReadTrajectory(arguments.estimate);
@@ -27,7 +35,7 @@ int Evaluate(const EvaluateArguments& arguments) {
   if (!truth) return Fail(kExitBadInput, truth.error().message);
   const Timestamp shift = Timestamp::FromSeconds(arguments.time_offset);
   for (StampedPose& pose : *estimate) pose.stamp.nanoseconds += shift.nanoseconds;
-  const Expected<TrajectoryErrors> errors = EvaluateTrajectory(*estimate, *truth, arguments.alignment);
+  const Expected<TrajectoryErrors> errors = EvaluateTrajectory(*estimate, *truth, Alignments().at(arguments.alignment));
   if (!errors) return Fail(kExitFailure, arguments.estimate + ": " + errors.error().message);
   if (!arguments.plot.empty()) {
     const Expected<bool> plotted = WriteSvgPlot(*estimate, *truth, *errors, arguments.plot);
@@ -40,19 +48,14 @@ int Evaluate(const EvaluateArguments& arguments) {
 }  // namespace
 
 void AddEvaluate(CLI::App& app, int* exit_code) {
-  const std::map<std::string, EvaluationAlignment> alignments{{"none", EvaluationAlignment::kNone},
-                                                              {"se2", EvaluationAlignment::kSe2},
-                                                              {"se3", EvaluationAlignment::kSe3},
-                                                              {"sim3", EvaluationAlignment::kSim3},
-                                                              {"first", EvaluationAlignment::kFirst}};
   auto arguments = std::make_shared<EvaluateArguments>();
   CLI::App* command = app.add_subcommand("evaluate", "Errors of a trajectory against ground truth (TUM files)");
   command->add_option("--estimate", arguments->estimate, "Trajectory to evaluate, TUM format")->required();
   command->add_option("--groundtruth", arguments->groundtruth, "True trajectory, TUM format")->required();
   command
-      ->add_option("--align", arguments->alignment,
-                   "How the estimate is laid over the truth: none, se2, se3 (default), sim3, or by the first pose")
-      ->transform(CLI::CheckedTransformer(alignments));
+      ->add_option("--align", arguments->alignment, "How the estimate is laid over the truth; first: by the first pose")
+      ->capture_default_str()
+      ->check(CLI::IsMember(Alignments()));
   command->add_option("--time-offset", arguments->time_offset, "Seconds to add to the estimate's stamps")
       ->check(CLI::Range(-kLongestOffset, kLongestOffset));
   command->add_flag("--json", arguments->json, "Print JSON instead of a table");

@@ -24,7 +24,7 @@ int Main(int argc, char** argv) {
   AddEvaluate(app, &exit_code);
   AddGridScore(app, &exit_code);
   AddSimulate(app, &exit_code);
-  app.require_subcommand(1);
+  app.require_subcommand(0, 1);  // an unknown command is then named as unexpected, not reported as a missing one
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -33,6 +33,7 @@ int Main(int argc, char** argv) {
   } catch (const std::exception& error) {
     return Fail(kExitFailure, error.what());
   }
+  if (app.get_subcommands().empty()) return Fail(kExitBadInput, "no command given; expected one (--help lists them)");
   return exit_code;
 }
 

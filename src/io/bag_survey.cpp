@@ -1,13 +1,13 @@
 #include "bag_survey.h"
 
+#include <console_bridge/console.h>
 #include <fmt/format.h>
 #include <nav_msgs/Odometry.h>
 #include <rosbag/view.h>
 
 #include <algorithm>
-#include <array>
-#include <fstream>
 
+#include "bag_check.h"
 #include "bag_messages.h"
 
 namespace planar_vslam::io {
@@ -88,22 +88,11 @@ SensorFrames FramesOf(const rosbag::Bag& bag, const BagTopics& topics, const Ima
 }  // namespace
 
 Expected<std::unique_ptr<rosbag::Bag>> OpenBag(const std::filesystem::path& path) {
-  constexpr std::string_view kMagic = "#ROSBAG V2.0";
-  std::array<char, kMagic.size()> start{};
-  std::ifstream stream(path, std::ios::binary);
-  stream.read(start.data(), start.size());
-  if (!stream || std::string_view(start.data(), start.size()) != kMagic) {
-    return Error{
-        fmt::format("{}: does not start with '{}'; expected a rosbag v2 or a dataset folder", path.string(), kMagic)};
-  }
+  if (const auto damage = CheckBag(path)) return *damage;
+  // Its own words on stderr would come beside our one line.
+  console_bridge::setLogLevel(console_bridge::CONSOLE_BRIDGE_LOG_NONE);
   auto bag = std::make_unique<rosbag::Bag>();
-  try {
-    bag->open(path.string(), rosbag::bagmode::Read);
-  } catch (const rosbag::BagUnindexedException&) {
-    return Error{
-        fmt::format("{}: has no index, its recording was cut off; expected a closed bag (rosbag reindex repairs it)",
-                    path.string())};
-  }
+  bag->open(path.string(), rosbag::bagmode::Read);
   return bag;
 }
 

@@ -44,16 +44,15 @@ std::vector<Eigen::Vector3d> TruthPositions(const std::vector<PosePair>& pairs) 
 double Coverage(const Trajectory& estimate, const Trajectory& truth) {
   if (truth.empty()) return 0.0;
   const Timestamp begin = truth.front().stamp, end = truth.back().stamp;
-  const double span = SecondsBetween(begin, end);
-  if (span <= 0.0) return 0.0;
-  double covered = 0.0;
+  if (end <= begin) return 0.0;
+  std::int64_t covered = 0;  // ns
   for (std::size_t i = 1; i < estimate.size(); ++i) {
     if (SecondsBetween(estimate[i - 1].stamp, estimate[i].stamp) > kLongestGapSeconds) continue;
     const Timestamp from = std::max(begin, estimate[i - 1].stamp);
     const Timestamp to = std::min(end, estimate[i].stamp);
-    if (from < to) covered += SecondsBetween(from, to);
+    if (from < to) covered += to.nanoseconds - from.nanoseconds;
   }
-  return covered / span;
+  return static_cast<double>(covered) / static_cast<double>(end.nanoseconds - begin.nanoseconds);
 }
 
 }  // namespace planar_vslam::io

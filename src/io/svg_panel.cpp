@@ -9,6 +9,7 @@ namespace planar_vslam::io {
 namespace {
 
 constexpr double kFontSize = 12.0;       // px
+constexpr double kFewestTicks = 4.0;     // about, on a short axis
 constexpr double kPixelsPerTick = 90.0;  // about this far apart
 constexpr double kSmallestRange = 1e-3;  // axis units; a standing robot still gets axes
 
@@ -34,7 +35,7 @@ struct Ticks {
 };
 
 Ticks TicksOf(double low, double high, double length) {
-  const double step = RoundStep((high - low) * kPixelsPerTick / length);
+  const double step = RoundStep((high - low) * std::min(kPixelsPerTick / length, 1.0 / kFewestTicks));
   constexpr double kSlack = 1e-9;  // steps: keeps a tick that lies on the border
   return {step, std::lround(std::ceil(low / step - kSlack)), std::lround(std::floor(high / step + kSlack))};
 }

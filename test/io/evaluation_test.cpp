@@ -18,7 +18,8 @@ Rigid3 Pose(double x, double y, double yaw) { return Embed3(Rigid2(x, y, yaw)); 
 // A curved drive with some height in it: 20 s at 10 Hz, about 0.5 m/s.
 Trajectory Drive(double from_s = 0.0, double to_s = 20.0, double step_s = 0.1) {
   Trajectory trajectory;
-  const auto first = static_cast<long>(std::lround(from_s / step_s)), last = static_cast<long>(std::lround(to_s / step_s));
+  const auto first = static_cast<long>(std::lround(from_s / step_s)),
+             last = static_cast<long>(std::lround(to_s / step_s));
   for (long i = first; i <= last; ++i) {
     const double t = static_cast<double>(i) * step_s;
     Rigid3 pose = Pose(3.0 * std::sin(0.2 * t), 2.0 * std::cos(0.3 * t), 0.25 * t);
@@ -71,7 +72,8 @@ TEST(Evaluation, AKnownOffsetIsTheError) {
   const Rigid3 offset(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0.3, -0.4, 1.2));
   const TrajectoryErrors errors = Evaluated(Moved(truth, offset), truth, EvaluationAlignment::kNone);
   EXPECT_EQ(errors.pairs, static_cast<long>(truth.size()));
-  for (const double value : {errors.ate.rmse, errors.ate.mean, errors.ate.median, errors.ate.max}) EXPECT_NEAR(value, 1.3, 1e-9);
+  for (const double value : {errors.ate.rmse, errors.ate.mean, errors.ate.median, errors.ate.max})
+    EXPECT_NEAR(value, 1.3, 1e-9);
   EXPECT_NEAR(errors.ate_2d.rmse, 0.5, 1e-9);
   EXPECT_NEAR((errors.ate_axis_rmse - Eigen::Vector3d(0.3, 0.4, 1.2)).norm(), 0.0, 1e-9);
   EXPECT_LT(errors.rpe_translation_per_meter, 1e-7);

@@ -16,7 +16,8 @@ using test::WriteText;
 constexpr const char* kCamera =
     "camera: {width: 32, height: 24, fx: 30, fy: 31, cx: 16, cy: 12, k1: 0.1, k2: 0, p1: 0, p2: 0, model: plumb_bob}\n";
 constexpr const char* kExtrinsics =
-    "T_base_camera: {t: [0.1, 0, 1.1], q_xyzw: [-0.5, 0.5, -0.5, 0.5]}\nT_base_laser: {t: [0, 0, 0.25], q_xyzw: [0, 0, 0, 1]}\n"
+    "T_base_camera: {t: [0.1, 0, 1.1], q_xyzw: [-0.5, 0.5, -0.5, 0.5]}\nT_base_laser: {t: [0, 0, 0.25], q_xyzw: [0, 0, "
+    "0, 1]}\n"
     "laser: {angle_min: -1.5, angle_increment: 0.5, beams: 3, range_max: 8.0}\n";
 
 // images at 0, 0.1, 0.2, 0.3 s; odometry at 0.05, 0.1, 0.15 s; scans at 0.1, 0.25 s.
@@ -31,7 +32,8 @@ class DatasetFolder : public ::testing::Test {
       list += "0." + std::to_string(i) + "," + name + "\n";
     }
     WriteText(path() / "images.csv", list);
-    WriteText(path() / "odometry.csv", "#t,x,y,theta,vx,vy,wz\n0.05,1,2,0.5,0,0,0\n0.1,1.1,2,0.5,0,0,0\n0.15,1.2,2,0.5,0,0,0\n");
+    WriteText(path() / "odometry.csv",
+              "#t,x,y,theta,vx,vy,wz\n0.05,1,2,0.5,0,0,0\n0.1,1.1,2,0.5,0,0,0\n0.15,1.2,2,0.5,0,0,0\n");
     WriteText(path() / "scan.csv", "0.1,1.5,inf,3\n0.25,1,2,nan\n");
     WriteText(path() / "calibration.yaml", std::string(kCamera) + kExtrinsics);
   }
@@ -97,7 +99,8 @@ TEST_F(DatasetFolder, SingleBadImagesAreSkippedAndCounted) {
   const Replay replay = Play(path());
   EXPECT_EQ(replay.error, "");
   EXPECT_EQ(replay.images.size(), 1U);
-  const std::map<std::string, long> expected{{"image file missing", 1}, {"image not decodable", 1}, {"image of changed size", 1}};
+  const std::map<std::string, long> expected{
+      {"image file missing", 1}, {"image not decodable", 1}, {"image of changed size", 1}};
   EXPECT_EQ(replay.skipped, expected);
 }
 
@@ -145,17 +148,21 @@ TEST_F(DatasetFolder, CalibrationErrorsNameTheKey) {
     WriteText(path() / "calibration.yaml", text);
     return OpenError(path());
   };
-  ExpectInError(error(camera + "T_base_camra: {t: [0, 0, 0], q_xyzw: [0, 0, 0, 1]}\n"), {"calibration.yaml", "T_base_camra"});
-  ExpectInError(error("camera: {width: 32, height: 24, fx: 30, fy: 31, cx: 16, cy: 12, k_1: 0.1}\n"), {"k_1", "camera"});
+  ExpectInError(error(camera + "T_base_camra: {t: [0, 0, 0], q_xyzw: [0, 0, 0, 1]}\n"),
+                {"calibration.yaml", "T_base_camra"});
+  ExpectInError(error("camera: {width: 32, height: 24, fx: 30, fy: 31, cx: 16, cy: 12, k_1: 0.1}\n"),
+                {"k_1", "camera"});
   ExpectInError(error("camera: {width: 32, height: 24, fx: 30, cx: 16, cy: 12}\n"), {"camera.fy"});
   ExpectInError(error("camera: {width: 32, height: 24, fx: abc, fy: 31, cx: 16, cy: 12}\n"), {"camera.fx"});
   ExpectInError(error("camera: {width: 32.5, height: 24, fx: 30, fy: 31, cx: 16, cy: 12}\n"), {"camera.width"});
   ExpectInError(error("camera: {width: 32, height: 24, fx: 0, fy: 31, cx: 16, cy: 12}\n"), {"camera"});
-  ExpectInError(error("camera: {width: 32, height: 24, fx: 30, fy: 31, cx: 16, cy: 12, model: fisheye}\n"), {"fisheye", "plumb_bob"});
+  ExpectInError(error("camera: {width: 32, height: 24, fx: 30, fy: 31, cx: 16, cy: 12, model: fisheye}\n"),
+                {"fisheye", "plumb_bob"});
   ExpectInError(error("camera: [1, 2\n"), {"calibration.yaml:"});
   ExpectInError(error("just text\n"), {"calibration.yaml", "map"});
   ExpectInError(error(camera + "T_base_camera: {t: [0, 0], q_xyzw: [0, 0, 0, 1]}\n"), {"T_base_camera.t", "3 numbers"});
-  ExpectInError(error(camera + "T_base_camera: {t: [0, 0, 0], q_xyzw: [0, 0, 0, 2]}\n"), {"T_base_camera.q_xyzw", "unit"});
+  ExpectInError(error(camera + "T_base_camera: {t: [0, 0, 0], q_xyzw: [0, 0, 0, 2]}\n"),
+                {"T_base_camera.q_xyzw", "unit"});
   ExpectInError(error(camera), {"T_base_camera", "odometry"});
   fs::remove(path() / "odometry.csv");
   ExpectInError(error(camera + "T_base_camera: {t: [0, 0, 0], q_xyzw: [0, 0, 0, 1]}\n"), {"T_base_laser", "scan.csv"});
@@ -176,7 +183,8 @@ TEST(FolderRecording, TumFoldersNeedACalibration) {
   cv::cvtColor(test::RampImage(), color, cv::COLOR_GRAY2BGR);
   cv::imwrite((folder.path() / "rgb/a.png").string(), color);
   cv::imwrite((folder.path() / "rgb/b.png").string(), color);
-  WriteText(folder.path() / "rgb.txt", "# timestamp filename\n1305031102.175304 rgb/a.png\n1305031102.211214 rgb/b.png\n");
+  WriteText(folder.path() / "rgb.txt",
+            "# timestamp filename\n1305031102.175304 rgb/a.png\n1305031102.211214 rgb/b.png\n");
   ExpectInError(OpenError(folder.path()), {"calibration.yaml", "intrinsics"});
   WriteText(folder.path() / "calibration.yaml", kCamera);
   const Replay replay = Play(folder.path());

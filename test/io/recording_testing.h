@@ -35,7 +35,8 @@ inline std::string OpenError(const std::filesystem::path& path, const RecordingO
 inline void ExpectInError(const std::string& error, const std::vector<std::string>& parts) {
   EXPECT_FALSE(error.empty());
   EXPECT_EQ(error.find('\n'), std::string::npos) << error;
-  for (const std::string& part : parts) EXPECT_NE(error.find(part), std::string::npos) << "'" << part << "' in: " << error;
+  for (const std::string& part : parts)
+    EXPECT_NE(error.find(part), std::string::npos) << "'" << part << "' in: " << error;
 }
 
 struct Replay {

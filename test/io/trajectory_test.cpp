@@ -54,7 +54,7 @@ TEST_F(TrajectoryTest, WrittenPosesAreReadBack) {
 TEST_F(TrajectoryTest, StampsAreExactInEveryNotation) {
   const fs::path path = folder_.path() / "t.txt";
   std::ofstream(path) << "# comment\n-1.5 0 0 0 0 0 0 1\n\n0 0 0 0 0 0 0 1\r\n  1e1\t0 0 0 0 0 0 1\n"
-                      << "1305031102.175304 0 0 0 0 0 0 1\n1305031102.1753040014 0 0 0 0 0 0 1\n";
+                      << "1305031102.175304 0 0 0 0 0 0 1\n1305031102.1753040004 0 0 0 0 0 0 1\n";
   const Expected<Trajectory> read = ReadTrajectory(path);
   ASSERT_FALSE(read.ok());  // the last two stamps are the same nanosecond
   EXPECT_NE(read.error().message.find("t.txt:7"), std::string::npos) << read.error().message;

@@ -21,6 +21,8 @@ struct TrajectoryErrors {
   ErrorStatistics ate_2d;               // m, x and y only
   Eigen::Vector3d ate_axis_rmse = Eigen::Vector3d::Zero();   // m, per axis of the truth frame, as in the paper
   ErrorStatistics heading;              // rad
+  // Relative errors are not a number where the trajectory has no segment of that length, and so is the scale error of a
+  // robot that did not move.
   double rpe_translation_per_meter = 0.0;   // m per m, RMSE over 1 m segments of the truth
   double rpe_rotation_per_meter = 0.0;      // rad per m
   double rpe_translation_per_second = 0.0;  // m per s, RMSE over 1 s segments

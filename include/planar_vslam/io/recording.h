@@ -24,7 +24,8 @@ struct RecordingInfo {
   long image_count = 0;
 };
 
-// Names of topics and frames in a bag; an empty topic means: the only one of its type, an error when there are several.
+// Names of topics and frames in a bag; an empty topic means: the only one of its type, an error when there are several
+// (camera_info: first the one beside the images). An empty base frame means: a handheld camera, odometry and scans unused.
 struct BagOptions {
   std::string image_topic, camera_info_topic, odometry_topic, scan_topic;
   std::string base_frame = "base_footprint";

@@ -68,8 +68,9 @@ struct SetMetric {
   bool metric = true;
 };
 
-using MapEditStep = std::variant<AddKeyframe, AddLandmark, AddObservation, EraseObservation, EraseLandmarks, EraseKeyframe,
-                                 MergeLandmarks, SetKeyframePose, SetLandmarkPosition, CountSightings, TransformMap, SetMetric>;
+using MapEditStep =
+    std::variant<AddKeyframe, AddLandmark, AddObservation, EraseObservation, EraseLandmarks, EraseKeyframe,
+                 MergeLandmarks, SetKeyframePose, SetLandmarkPosition, CountSightings, TransformMap, SetMetric>;
 using MapEdit = std::vector<MapEditStep>;
 
 // Steps naming ids that no longer exist are passed over (the map may have moved on since the edit was made), except

@@ -7,6 +7,7 @@
 
 namespace planar_vslam {
 
+// Shares in [0, 1]; 0 where there is nothing to divide by.
 struct GridScore {
   double iou = 0.0;             // occupied cells, exact
   double precision = 0.0;       // our occupied cells with a truly occupied cell within r
@@ -18,7 +19,7 @@ struct GridScore {
 };
 
 struct GridScoreOptions {
-  int tolerance_cells = 1;      // r, Chebyshev distance in cells of the truth
+  int tolerance_cells = 1;  // r, Chebyshev distance in cells of the truth
 };
 
 // `estimate` is brought to the truth's cells through T_truth_estimate (each truth cell takes the estimate's cell under

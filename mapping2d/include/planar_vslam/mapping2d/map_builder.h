@@ -1,9 +1,12 @@
 #pragma once
 // From posed scans and posed points to an OctoMap and a 2D grid. Plain values in: no map, no ROS.
-//  - Points: one ray from the observing keyframe's camera centre, free up to two depth sigmas before the point.
-//  - Scans: own sensor model, beams without return clear only.
-//  - Within one keyframe or scan occupied wins over free.
-//  - Points on the floor clear only; the robot's footprint along the path is free.
+//  - Points: one ray from the observing keyframe's camera centre, free up to two depth sigmas before the point; a hit
+//    counts as far as the depth's distribution lies in the point's voxel.
+//  - Scans: own sensor model and layer, beams without return clear only. A level laser stays level: what its pose
+//    estimate tilts by a few degrees or bobs by a voxel is ignored.
+//  - Within one keyframe or scan occupied wins over free, and the order of its points or beams does not matter.
+//  - Points on or below the floor clear only; the robot's footprint along the path is free.
+// mapping2d/README.md has the reasons and the measurements behind the defaults.
 #include <Eigen/Core>
 #include <filesystem>
 #include <memory>
@@ -22,27 +25,27 @@ struct SensorModel {
 };
 
 struct MapBuilderOptions {
-  double resolution = 0.05;           // m, voxels and cells
-  SensorModel visual{0.65, 0.45};
-  SensorModel laser{0.75, 0.45};
-  double clamp_min = 0.12;            // probability
+  double resolution = 0.05;        // m, voxels and cells
+  SensorModel visual{0.62, 0.45};  // a hit weighs less than occupied_threshold: two keyframes have to agree
+  SensorModel laser{0.75, 0.45};   // a thin leg under a pose a few cm wrong is passed more often than hit
+  double clamp_min = 0.12;         // probability
   double clamp_max = 0.97;
-  double visual_range = 6.0;          // m, points farther than this only clear up to it
-  double laser_range = 8.0;           // m, never beyond the scan's own range_max
-  double floor_tolerance = 0.05;      // m: points with |z| below it clear only
-  double band_min = 0.10;             // m: height band that counts as obstacle
-  double band_max = 1.30;             // m: robot height
-  double footprint_radius = 0.20;     // m, free along the path; 0 switches it off
-  double occupied_threshold = 0.65;   // probability
-  double free_threshold = 0.196 + 0.15;  // probability below which a cell is free
+  double visual_range = 6.0;         // m, points farther than this only clear up to it
+  double laser_range = 8.0;          // m, never beyond the scan's own range_max
+  double floor_tolerance = 0.05;     // m: points and tilted beams that end below it clear only
+  double band_min = 0.10;            // m: height band that counts as obstacle; a laser counts from the floor up
+  double band_max = 1.30;            // m: robot height
+  double footprint_radius = 0.20;    // m, free along the path; 0 switches it off
+  double occupied_threshold = 0.65;  // probability from which a voxel is occupied
+  double free_threshold = 0.35;      // probability below which a voxel is free
 
   std::vector<std::string> Problems() const;
 };
 
-// A landmark as one camera saw it.
+// A landmark as one camera saw it. Finite numbers.
 struct PosedPoint {
   Eigen::Vector3d p_map = Eigen::Vector3d::Zero();
-  double depth_sigma = 0.0;   // m, along the ray
+  double depth_sigma = 0.0;  // m, along the ray
 };
 struct PosedPoints {
   Eigen::Vector3d camera_in_map = Eigen::Vector3d::Zero();
@@ -50,9 +53,9 @@ struct PosedPoints {
 };
 struct PosedScan {
   Rigid3 T_map_laser;
-  double angle_min = 0.0, angle_increment = 0.0;   // rad
-  double range_min = 0.0, range_max = 0.0;         // m
-  const std::vector<float>* ranges = nullptr;      // not owned, alive during the call
+  double angle_min = 0.0, angle_increment = 0.0;  // rad
+  double range_min = 0.0, range_max = 0.0;        // m
+  const std::vector<float>* ranges = nullptr;     // not owned, alive during the call
 };
 
 class MapBuilder {
@@ -67,17 +70,19 @@ class MapBuilder {
   void MarkFootprint(const Eigen::Vector2d& base_in_map);
 
   // Height band of the fused map: occupied where an occupied voxel lies in the band, free where there are free voxels
-  // and no occupied one, unknown elsewhere; footprint cells are free. Bounds grow with the content.
+  // and no occupied one, unknown elsewhere; footprint cells are free. In voxels that scans and points both know the
+  // log-odds add. Bounds grow with the content and lie on multiples of the resolution.
   OccupancyGrid2d Grid() const;
-  Expected<bool> WriteOctomap(const std::filesystem::path& bt_path) const;
-  std::size_t VoxelCount() const;
+  // The fused voxels that are occupied or free, as OctoMap's .bt, or with probabilities where the name ends in .ot.
+  Expected<bool> WriteOctomap(const std::filesystem::path& path) const;
+  std::size_t VoxelCount() const;  // known to either layer
 
  private:
   struct State;
   std::unique_ptr<State> state_;
 };
 
-// Binary PCD of points with normals (the mean viewing direction, towards the cameras) and intensity (observations).
+// PCD of points with normals (the mean viewing direction, towards the cameras) and intensity (observations).
 struct CloudPoint {
   Eigen::Vector3f position = Eigen::Vector3f::Zero();
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();
@@ -85,7 +90,8 @@ struct CloudPoint {
 };
 Expected<bool> WritePcd(const std::vector<CloudPoint>& cloud, const std::filesystem::path& path);
 
-// Keeps points with at least `min_neighbors` others within `radius` (PCL radius outlier removal): indices kept, ascending.
+// Keeps points with at least `min_neighbors` others within `radius` (PCL radius outlier removal): indices kept,
+// ascending.
 std::vector<int> RadiusInliers(const std::vector<Eigen::Vector3d>& points, double radius, int min_neighbors);
 
 }  // namespace planar_vslam

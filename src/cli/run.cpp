@@ -1,0 +1,129 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cstdio>
+#include <memory>
+
+#include "commands.h"
+#include "planar_vslam/io/run_session.h"
+
+namespace planar_vslam {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct RunArguments {
+  fs::path input, out, config, odometry;
+  std::vector<std::string> assignments;
+  bool deterministic = false, quiet = false;
+  double rate = 0.0, until = 0.0;
+};
+
+// One line on stderr, rewritten in place: share done, frames, time left.
+class ProgressBar {
+ public:
+  void operator()(long done, long total) {
+    const auto now = std::chrono::steady_clock::now();
+    if (done < total && now - last_ < std::chrono::milliseconds(200)) return;
+    last_ = now;
+    const double share = total > 0 ? static_cast<double>(done) / static_cast<double>(total) : 1.0;
+    const double elapsed = std::chrono::duration<double>(now - start_).count();
+    const double left = share > 0.0 ? elapsed * (1.0 - share) / share : 0.0;
+    constexpr int kWidth = 30;
+    const auto filled = static_cast<std::size_t>(share * kWidth);
+    std::fprintf(stderr, "\r[%s%s] %3.0f %%  %ld/%ld images  %.0f s left   ", std::string(filled, '#').c_str(),
+                 std::string(kWidth - filled, '.').c_str(), 100.0 * share, done, total, left);
+    if (done >= total) std::fprintf(stderr, "\n");
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now(), last_;
+};
+
+Expected<PipelineOptions> ReadOptions(const RunArguments& arguments) {
+  Expected<PipelineOptions> options{PipelineOptions{}};
+  if (!arguments.config.empty()) options = LoadOptions(arguments.config);
+  for (const std::string& assignment : arguments.assignments) {
+    if (!options.ok()) return options;
+    options = SetOption(std::move(options).value(), assignment);
+  }
+  if (!options.ok()) return options;
+  const std::vector<std::string> problems = options->Problems();
+  if (!problems.empty()) return Error{fmt::format("configuration: {}", fmt::join(problems, "; "))};
+  return options;
+}
+
+RecordingOptions ToRecordingOptions(const PipelineOptions& options, const RunArguments& arguments) {
+  RecordingOptions recording;
+  const TopicOptions& topics = options.topics;
+  recording.bag = {topics.image, topics.camera_info, topics.odometry, topics.scan, topics.base_frame, topics.odom_frame};
+  if (!arguments.odometry.empty()) recording.odometry_file = arguments.odometry;
+  recording.require_odometry = options.odometry == OdometryUse::kRequired;
+  return recording;
+}
+
+void PrintSummary(const SlamSystem& system, const RunResult& result, const fs::path& out) {
+  const SystemReport& report = system.report();
+  const auto count = [&report](FrameState s) { return report.frames.count(s) != 0 ? report.frames.at(s) : 0L; };
+  const std::shared_ptr<const Map> map = system.map();
+  fmt::print("{} images: {} tracked, {} on odometry, {} lost, {} before initialisation\n", result.frames.size(),
+             count(FrameState::kTracking) + count(FrameState::kRelocalized), count(FrameState::kOdometry),
+             count(FrameState::kLost), count(FrameState::kInitializing));
+  if (map == nullptr) {
+    fmt::print("no map: still waiting for {}\n", result.frames.empty() ? "images" : result.frames.back().waiting_for);
+  } else {
+    fmt::print("{} keyframes, {} points, {}\n", map->keyframes.size(), map->landmarks.size(),
+               map->metric ? "metric" : "scale unknown (no metric claim)");
+  }
+  if (report.scale.has_value()) {
+    fmt::print("scale: {:.4f} by steps (paper), {:.4f} by centroids (applied)\n", report.scale->by_steps, report.scale->by_centroids);
+  }
+  for (const auto& [reason, number] : result.unused_input) fmt::print("unused: {} x {}\n", number, reason);
+  fmt::print("{:.1f} s of recording in {:.1f} s; results in {}\n", result.recorded_seconds, result.wall_seconds, out.string());
+}
+
+int Run(const RunArguments& arguments) {
+  Expected<PipelineOptions> options = ReadOptions(arguments);
+  if (!options.ok()) return Fail(kExitBadInput, options.error().message);
+  Expected<std::unique_ptr<Recording>> recording = OpenRecording(arguments.input, ToRecordingOptions(*options, arguments));
+  if (!recording.ok()) return Fail(kExitBadInput, recording.error().message);
+  const RecordingInfo& info = (*recording)->info();
+  const bool use_odometry = info.has_odometry && options->odometry != OdometryUse::kOff;
+  if (options->initializer.mode == InitializationMode::kOdometry && !use_odometry) {
+    options->initializer.mode = InitializationMode::kVisual;
+    std::fprintf(stderr, "planar_vslam: no odometry in %s: initialising visually, scale stays unknown\n", arguments.input.c_str());
+  }
+  RunSettings settings;
+  settings.deterministic = arguments.deterministic;
+  if (arguments.rate > 0.0) settings.rate = arguments.rate;
+  if (arguments.until > 0.0) settings.until = arguments.until;
+  if (!arguments.quiet) settings.progress = ProgressBar();
+  const Schedule schedule = arguments.rate > 0.0 && !arguments.deterministic ? Schedule::kThreaded : Schedule::kInline;
+  SlamSystem system(*options, info.camera, info.has_base_transform, schedule);
+  const Expected<RunResult> result = RunSession(**recording, system, settings);
+  if (!result.ok()) return Fail(kExitBadInput, result.error().message);
+  const Expected<bool> written = WriteRunOutputs(arguments.out, system, *result, *options, info.camera, arguments.deterministic);
+  if (!written.ok()) return Fail(kExitFailure, written.error().message);
+  if (!arguments.quiet) PrintSummary(system, *result, arguments.out);
+  return kExitSuccess;
+}
+
+}  // namespace
+
+void AddRun(CLI::App& app, int* exit_code) {
+  auto arguments = std::make_shared<RunArguments>();
+  CLI::App* command = app.add_subcommand("run", "Process a rosbag or a dataset folder into trajectory, map and costmap");
+  command->add_option("input", arguments->input, "rosbag (v2), or folder in the shared, TUM-RGBD or KITTI layout")->required();
+  command->add_option("--out", arguments->out, "Folder for the results")->required();
+  command->add_option("--config", arguments->config, "YAML configuration");
+  command->add_option("--set", arguments->assignments, "Override one configuration value: key=value")->allow_extra_args(false);
+  command->add_option("--odometry", arguments->odometry, "Dataset folders: another odometry file");
+  command->add_option("--rate", arguments->rate, "Play at this many times real time, dropping frames as a live robot would")->check(CLI::PositiveNumber);
+  command->add_option("--until", arguments->until, "Stop this many seconds after the first image")->check(CLI::PositiveNumber);
+  command->add_flag("--deterministic", arguments->deterministic, "Single-threaded schedule; outputs identical to the byte from run to run");
+  command->add_flag("--quiet", arguments->quiet, "No progress bar, no summary");
+  command->callback([arguments, exit_code] { *exit_code = Run(*arguments); });
+}
+
+}  // namespace planar_vslam

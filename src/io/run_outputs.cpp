@@ -1,0 +1,146 @@
+#include <fmt/format.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "planar_vslam/io/run_session.h"
+#include "planar_vslam/io/trajectory.h"
+#include "planar_vslam/pipeline/navigation_map.h"
+
+namespace planar_vslam {
+namespace {
+
+using Json = nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+Trajectory ToTrajectory(const std::vector<std::pair<Timestamp, Rigid3>>& poses) {
+  Trajectory trajectory;
+  trajectory.reserve(poses.size());
+  for (const auto& [stamp, T] : poses) trajectory.push_back({stamp, T});
+  return trajectory;
+}
+
+Trajectory LiveTrajectory(const RunResult& result) {
+  Trajectory trajectory;
+  for (const FrameReport& frame : result.frames) {
+    if (frame.T_map_base.has_value()) trajectory.push_back({frame.stamp, *frame.T_map_base});
+  }
+  return trajectory;
+}
+
+Trajectory KeyframeTrajectory(const Map& map) {
+  Trajectory trajectory;
+  for (const auto& [id, keyframe] : map.keyframes) trajectory.push_back({keyframe.stamp, keyframe.T_map_base});
+  return trajectory;
+}
+
+Expected<bool> WriteText(const fs::path& path, const std::string& text) {
+  std::ofstream file(path, std::ios::binary);
+  file << text;
+  file.close();
+  if (!file) return Error{path.string() + ": cannot be written"};
+  return true;
+}
+
+std::string StatusCsv(const RunResult& result, bool deterministic) {
+  std::string text = "t,state,inliers,keyframe,ms\n";
+  for (const FrameReport& f : result.frames) {
+    text += fmt::format("{}.{:09d},{},{},{},{:.3f}\n", f.stamp.nanoseconds / 1000000000, f.stamp.nanoseconds % 1000000000,
+                        ToString(f.state), f.inliers, f.keyframe ? 1 : 0, deterministic ? 0.0 : f.total_ms);
+  }
+  return text;
+}
+
+Json Percentiles(const RunResult& result, double FrameReport::*field, bool skip_zeros) {
+  std::vector<double> values;
+  for (const FrameReport& f : result.frames) {
+    if (!skip_zeros || f.*field > 0.0) values.push_back(f.*field);
+  }
+  if (values.empty()) return nullptr;
+  std::sort(values.begin(), values.end());
+  const auto at = [&values](double share) {
+    return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
+  };
+  return {{"p50", at(0.5)}, {"p90", at(0.9)}, {"p99", at(0.99)}, {"max", values.back()}};
+}
+
+Json Timing(const RunResult& result) {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  constexpr double kKibPerMib = 1024.0;
+  Json json;
+  json["stages_ms"] = {{"extract", Percentiles(result, &FrameReport::extract_ms, false)},
+                       {"track", Percentiles(result, &FrameReport::track_ms, true)},
+                       {"map", Percentiles(result, &FrameReport::map_ms, true)},
+                       {"frame", Percentiles(result, &FrameReport::total_ms, false)}};
+  json["wall_seconds"] = result.wall_seconds;
+  json["cpu_seconds"] = result.cpu_seconds;
+  json["real_time_factor"] = result.wall_seconds > 0.0 ? result.recorded_seconds / result.wall_seconds : 0.0;
+  json["peak_memory_mib"] = static_cast<double>(usage.ru_maxrss) / kKibPerMib;
+  return json;
+}
+
+Json ReportJson(const SlamSystem& system, const RunResult& result, const PipelineOptions& options, bool deterministic) {
+  const SystemReport& report = system.report();
+  const std::shared_ptr<const Map> map = system.map();
+  Json json;
+  for (const FrameState state : {FrameState::kInitializing, FrameState::kTracking, FrameState::kRelocalized, FrameState::kOdometry, FrameState::kLost}) {
+    const auto it = report.frames.find(state);
+    json["frames"][ToString(state)] = it == report.frames.end() ? 0 : it->second;
+  }
+  json["frames"]["total"] = result.frames.size();
+  json["frames_dropped"] = result.frames_dropped;
+  json["recorded_seconds"] = result.recorded_seconds;
+  json["initialized_after_seconds"] = report.initialized.has_value() && !result.frames.empty()
+                                          ? Json(SecondsBetween(result.frames.front().stamp, *report.initialized)) : Json(nullptr);
+  if (map == nullptr && !result.frames.empty()) json["waiting_for"] = result.frames.back().waiting_for;
+  json["metric"] = map != nullptr && map->metric;
+  json["scale"] = nullptr;
+  if (report.scale.has_value()) {
+    json["scale"] = {{"by_steps", report.scale->by_steps}, {"by_centroids", report.scale->by_centroids},
+                     {"applied", "by_centroids"}, {"keyframe", report.scale->keyframe.value}, {"t", report.scale->stamp.Seconds()}};
+  }
+  json["keyframes"] = map != nullptr ? map->keyframes.size() : 0;
+  json["keyframes_made"] = report.keyframes_made;
+  json["keyframes_culled"] = report.keyframes_culled;
+  json["points"] = map != nullptr ? map->landmarks.size() : 0;
+  json["odometry_rejected"] = report.odometry_rejected;
+  json["unused_input"] = result.unused_input.empty() ? Json(Json::object()) : Json(result.unused_input);
+  if (!deterministic) json["timing"] = Timing(result);
+  for (const auto& [key, value] : OptionValues(options)) json["configuration"][key] = value;
+  return json;
+}
+
+Expected<bool> WriteMaps(const fs::path& folder, const SlamSystem& system, const PipelineOptions& options, const CameraModel& camera) {
+  const Map& map = *system.map();
+  if (Expected<bool> done = WritePcd(LandmarkCloud(map), folder / "points.pcd"); !done.ok()) return done;
+  if (!map.metric) return true;
+  const MapBuilder builder = BuildNavigationMap(map, system.trajectory(), system.scans(), camera, options.mapping2d, LandmarkAcceptance{});
+  if (Expected<bool> done = builder.WriteOctomap(folder / "map.bt"); !done.ok()) return done;
+  return WriteMapServerFiles(builder.Grid(), folder / "map.yaml");
+}
+
+}  // namespace
+
+Expected<bool> WriteRunOutputs(const fs::path& folder, const SlamSystem& system, const RunResult& result,
+                               const PipelineOptions& options, const CameraModel& camera, bool deterministic) {
+  std::error_code failed;
+  fs::create_directories(folder, failed);
+  if (failed) return Error{fmt::format("{}: cannot be created: {}", folder.string(), failed.message())};
+  const std::shared_ptr<const Map> map = system.map();
+  const Trajectory trajectory = map != nullptr ? ToTrajectory(system.trajectory().Poses(*map)) : Trajectory{};
+  const Trajectory keyframes = map != nullptr ? KeyframeTrajectory(*map) : Trajectory{};
+  for (const auto& [name, poses] : {std::pair("trajectory.txt", &trajectory), std::pair("keyframes.txt", &keyframes)}) {
+    if (Expected<bool> done = WriteTrajectory(*poses, folder / name); !done.ok()) return done;
+  }
+  if (Expected<bool> done = WriteTrajectory(LiveTrajectory(result), folder / "trajectory_live.txt"); !done.ok()) return done;
+  if (Expected<bool> done = WriteText(folder / "status.csv", StatusCsv(result, deterministic)); !done.ok()) return done;
+  if (map != nullptr) {
+    if (Expected<bool> done = WriteMaps(folder, system, options, camera); !done.ok()) return done;
+  }
+  return WriteText(folder / "report.json", ReportJson(system, result, options, deterministic).dump(2) + "\n");
+}
+
+}  // namespace planar_vslam
