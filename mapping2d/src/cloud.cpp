@@ -12,7 +12,6 @@ namespace planar_vslam {
 
 Expected<bool> WritePcd(const std::vector<CloudPoint>& cloud, const std::filesystem::path& path) {
   const Error cannot_write{path.string() + ": cannot be written (is the folder there, and space left?)"};
-  if (!std::ofstream(path, std::ios::binary)) return cannot_write;  // PCL would print and lose the reason
   pcl::PointCloud<pcl::PointXYZINormal> points;
   points.reserve(cloud.size());
   for (const CloudPoint& from : cloud) {
@@ -22,12 +21,15 @@ Expected<bool> WritePcd(const std::vector<CloudPoint>& cloud, const std::filesys
     to.intensity = from.intensity;
     points.push_back(to);
   }
-  pcl::PCDWriter writer;
+  std::ofstream file(path, std::ios::binary);
+  if (!file) return cannot_write;  // PCL would print a line of its own
+  if (points.empty()) {            // and it refuses to write these
+    file << pcl::PCDWriter::generateHeader(points) << "DATA binary\n" << std::flush;
+    return file ? Expected<bool>(true) : Expected<bool>(cannot_write);
+  }
+  file.close();
   try {
-    // PCL refuses to write an empty cloud in binary form; the text form of nothing is the same header.
-    const int code =
-        points.empty() ? writer.writeASCII(path.string(), points) : writer.writeBinary(path.string(), points);
-    if (code != 0) return cannot_write;
+    if (pcl::PCDWriter().writeBinary(path.string(), points) != 0) return cannot_write;
   } catch (const pcl::IOException&) {
     return cannot_write;
   }

@@ -119,48 +119,70 @@ bool Tracker::EnoughInliers(const Prediction& prediction, const TrackResult& res
   return result.inliers >= (odometry_agrees ? o.min_inliers_odometry : o.min_inliers);
 }
 
-bool Tracker::Optimize(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result) const {
+bool Tracker::UsesFloor(const Map& map) const { return map.metric && context_.planar.mode != PlanarMode::kOff; }
+
+std::vector<PoseObservation> Tracker::Observations(const TrackInput& input, const Map& map, const FrameMatches& matches) const {
   std::vector<PoseObservation> observations;
-  std::vector<std::size_t> keypoints;
-  for (std::size_t i = 0; i < result->matches.landmarks.size(); ++i) {
-    if (!result->matches.landmarks[i].valid()) continue;
+  observations.reserve(static_cast<std::size_t>(matches.count));
+  for (std::size_t i = 0; i < matches.landmarks.size(); ++i) {
+    if (!matches.landmarks[i].valid()) continue;
     const Keypoint& keypoint = input.features->keypoints[i];
     const double sigma = context_.options.pixel_sigma * map.octave_scales[static_cast<std::size_t>(keypoint.octave)];
-    observations.push_back({map.landmarks.At(result->matches.landmarks[i]).p_map, keypoint.pixel.cast<double>(), sigma, true});
-    keypoints.push_back(i);
+    observations.push_back({map.landmarks.At(matches.landmarks[i]).p_map, keypoint.pixel.cast<double>(), sigma, true});
   }
+  return observations;
+}
+
+PoseOnlyProblem Tracker::MakeProblem(const TrackInput& input, const Map& map, const Prediction& prediction,
+                                     const Rigid3& start) const {
   PoseOnlyProblem problem;
-  problem.T_map_base = result->T_map_base;
+  problem.T_map_base = start;
   problem.T_base_camera = input.T_base_camera;
   problem.camera = context_.camera;
-  problem.planar = map.metric && context_.planar.mode != PlanarMode::kOff;
+  problem.planar = UsesFloor(map) && floor_.on_floor();
   problem.sigma_height = context_.planar.sigma_height;
   problem.sigma_tilt = context_.planar.sigma_tilt;
   if (prediction.from_odometry) {
     problem.prior = PosePrior{prediction.T_map_base, SquareRootInformation(prediction.covariance)};
   }
+  return problem;
+}
+
+bool Tracker::Optimize(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result) const {
+  std::vector<PoseObservation> observations = Observations(input, map, result->matches);
+  PoseOnlyProblem problem = MakeProblem(input, map, prediction, result->T_map_base);
   PoseOnlyResult pose = OptimizePose(problem, &observations);
   result->odometry_rejected = false;
   if (prediction.from_odometry) {
     const Vector6d difference = LogSe3(prediction.T_map_base.Inverse() * pose.T_map_base);
-    const double squared = (problem.prior->sqrt_information * difference).squaredNorm();
-    if (squared > kChi2SixDof999) {  // slip, or a wrong match: let vision speak alone
-      problem.prior.reset();
+    if ((problem.prior->sqrt_information * difference).squaredNorm() > kChi2SixDof999) {
+      problem.prior.reset();  // slip, or a wrong match: let vision speak alone
       for (PoseObservation& o : observations) o.inlier = true;
-      const PoseOnlyResult alone = OptimizePose(problem, &observations);
+      pose = OptimizePose(problem, &observations);
       result->odometry_rejected = true;
-      pose = alone;
     }
   }
   result->T_map_base = pose.T_map_base;
   result->inliers = pose.inliers;
   result->covariance = (pose.information + 1e-6 * Matrix6d::Identity()).inverse();
-  for (std::size_t i = 0; i < observations.size(); ++i) {
-    if (observations[i].inlier) continue;
-    result->matches.landmarks[keypoints[i]] = LandmarkId{};
+  std::size_t next = 0;
+  for (LandmarkId& id : result->matches.landmarks) {
+    if (!id.valid() || observations[next++].inlier) continue;
+    id = LandmarkId{};
     --result->matches.count;
   }
   return EnoughInliers(prediction, *result);
+}
+
+void Tracker::TestFloor(const TrackInput& input, const Map& map, const Prediction& prediction, const TrackResult& result) {
+  if (!UsesFloor(map)) return;
+  std::vector<PoseObservation> observations = Observations(input, map, result.matches);
+  PoseOnlyProblem problem = MakeProblem(input, map, prediction, result.T_map_base);
+  problem.planar = false;
+  if (result.odometry_rejected) problem.prior.reset();
+  const PoseOnlyResult pose = OptimizePose(problem, &observations);
+  const Matrix6d covariance = (pose.information + 1e-6 * Matrix6d::Identity()).inverse();
+  floor_.Add(FloorDistance(pose.T_map_base, covariance, problem.sigma_height, problem.sigma_tilt));
 }
 
 bool Tracker::TrackLastFrame(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result) const {
@@ -289,6 +311,8 @@ TrackResult Tracker::Track(const TrackInput& input, const Map& map) {
     result.inliers = 0;
   }
   result.wants_keyframe = result.status != TrackStatus::kLost && WantsKeyframe(input, map, result);
+  if (result.wants_keyframe && result.inliers > 0) TestFloor(input, map, prediction, result);
+  result.on_floor = floor_.on_floor();
   Remember(input, map, &result);
   return result;
 }

@@ -75,23 +75,30 @@ Expected<CameraModel> ToCameraModel(const sensor_msgs::CameraInfo& info, const s
   return camera;
 }
 
+Expected<GrayImage> ToGrayImage(const sensor_msgs::CompressedImage& image) {
+  std::optional<GrayImage> gray = DecodeImage(image.data);
+  if (gray.has_value()) return std::move(*gray);
+  return Error{fmt::format("image of {} bytes, format '{}', not decodable", image.data.size(), image.format)};
+}
+
+Expected<GrayImage> ToGrayImage(const sensor_msgs::Image& image) {
+  RawImage raw;
+  raw.width = static_cast<int>(image.width);
+  raw.height = static_cast<int>(image.height);
+  raw.row_bytes = image.step;
+  raw.encoding = image.encoding;
+  raw.big_endian = image.is_bigendian != 0;
+  raw.data = &image.data;
+  return ConvertImage(raw);
+}
+
 StampedImage ReadImage(const rosbag::MessageInstance& message, bool compressed) {
   if (compressed) {
     const auto image = Instantiate<sensor_msgs::CompressedImage>(message);
-    std::optional<GrayImage> gray = DecodeImage(image->data);
-    if (gray.has_value()) return {image->header.stamp, image->header.frame_id, std::move(*gray)};
-    return {image->header.stamp, image->header.frame_id,
-            Error{fmt::format("image of {} bytes, format '{}', not decodable", image->data.size(), image->format)}};
+    return {image->header.stamp, image->header.frame_id, ToGrayImage(*image)};
   }
   const auto image = Instantiate<sensor_msgs::Image>(message);
-  RawImage raw;
-  raw.width = static_cast<int>(image->width);
-  raw.height = static_cast<int>(image->height);
-  raw.row_bytes = image->step;
-  raw.encoding = image->encoding;
-  raw.big_endian = image->is_bigendian != 0;
-  raw.data = &image->data;
-  return {image->header.stamp, image->header.frame_id, ConvertImage(raw)};
+  return {image->header.stamp, image->header.frame_id, ToGrayImage(*image)};
 }
 
 }  // namespace planar_vslam::io

@@ -1,5 +1,5 @@
 #pragma once
-// ROS messages -> our values.
+// Stored ROS messages -> our values.
 #include <geometry_msgs/Transform.h>
 #include <ros/time.h>
 #include <rosbag/message_instance.h>
@@ -9,18 +9,12 @@
 #include <string>
 
 #include "planar_vslam/geometry/expected.h"
-#include "planar_vslam/sensor/camera_model.h"
+#include "planar_vslam/io/message_values.h"
 #include "planar_vslam/sensor/measurements.h"
 
 namespace planar_vslam::io {
 
 inline Timestamp ToTimestamp(const ros::Time& time) { return {static_cast<std::int64_t>(time.toNSec())}; }
-
-Rigid3 ToRigid3(const geometry_msgs::Transform& transform);
-PlanarScan ToPlanarScan(const sensor_msgs::LaserScan& scan);
-
-// `where` (file and topic) is named in errors. A rectified image takes P without distortion.
-Expected<CameraModel> ToCameraModel(const sensor_msgs::CameraInfo& info, const std::string& where, bool rectified);
 
 // A stored sensor_msgs/Image or CompressedImage.
 struct StampedImage {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "planar_vslam/geometry/expected.h"
+#include "planar_vslam/io/message_values.h"
 #include "planar_vslam/io/recording.h"
 
 namespace planar_vslam::io {
@@ -23,7 +24,5 @@ struct BagTopics {
 Expected<BagTopics> ChooseTopics(const rosbag::Bag& bag, const std::string& file, const BagOptions& options);
 
 bool IsStaticTf(const std::string& topic);
-// An image image_proc has rectified: its intrinsics are the P of the camera_info, without distortion.
-bool IsRectifiedImage(const std::string& topic);
 
 }  // namespace planar_vslam::io

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "planar_vslam/io/message_values.h"
 #include "planar_vslam/sensor/buffers.h"
 
 namespace planar_vslam::io {
@@ -49,8 +50,5 @@ class TfTree {
   std::set<std::string> frames_;
   bool only_kept_edges_ = false;
 };
-
-// Without the leading slash tf's first generation used.
-std::string FrameName(const std::string& frame_id);
 
 }  // namespace planar_vslam::io

@@ -165,7 +165,7 @@ class BundleProblem {
   void AddFloor(ceres::Problem* problem) {
     if (context_.planar.mode == PlanarMode::kOff || !map_.metric) return;
     for (const KeyframeId id : request_.free_keyframes) {
-      problem->AddResidualBlock(&floor_, nullptr, PoseBlock(IndexOf(id)));
+      if (map_.keyframes.At(id).on_floor) problem->AddResidualBlock(&floor_, nullptr, PoseBlock(IndexOf(id)));
     }
   }
 

@@ -196,7 +196,7 @@ void SlamSystem::TrackFrame(const FramePacket& packet, const FrameFeaturesPtr& f
 
 void SlamSystem::Propose(const FramePacket& packet, const FrameFeaturesPtr& features, TrackResult result) {
   KeyframeProposal proposal;
-  proposal.keyframe = {packet.image.stamp, result.T_map_base, packet.T_base_camera, features, std::move(result.matches.landmarks), {}};
+  proposal.keyframe = {packet.image.stamp, result.T_map_base, packet.T_base_camera, features, std::move(result.matches.landmarks), {}, result.on_floor};
   proposal.odometry = since_keyframe_;
   proposal.sightings = std::move(sightings_);
   sightings_ = CountSightings{};

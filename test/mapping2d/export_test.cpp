@@ -100,8 +100,9 @@ std::vector<float> FirstPoint(const std::string& pcd, std::size_t fields) {
 TEST(WritePcd, HeaderAndPointsAreThere) {
   const test::TemporaryFolder folder;
   const fs::path path = folder.path() / "points.pcd";
-  const std::vector<CloudPoint> cloud = {{{1.0F, 2.0F, 3.0F}, {0.0F, 0.0F, -1.0F}, 7.0F},
-                                         {{4.0F, 5.0F, 6.0F}, {}, 1.0F}};
+  const CloudPoint seen_from_below{{1.0F, 2.0F, 3.0F}, {0.0F, 0.0F, -1.0F}, 7.0F};
+  const CloudPoint seen_from_left{{4.0F, 5.0F, 6.0F}, {0.0F, 1.0F, 0.0F}, 1.0F};
+  const std::vector<CloudPoint> cloud = {seen_from_below, seen_from_left};
   ASSERT_TRUE(WritePcd(cloud, path).ok());
   const std::string pcd = Bytes(path);
   EXPECT_NE(pcd.find("POINTS 2\n"), std::string::npos);
@@ -122,7 +123,7 @@ TEST(WritePcd, EmptyCloudIsAFileWithoutPoints) {
 
 TEST(WritePcd, UnwritableFileIsNamed) {
   const test::TemporaryFolder folder;
-  const auto written = WritePcd({{}}, folder.path() / "absent" / "points.pcd");
+  const auto written = WritePcd({CloudPoint{}}, folder.path() / "absent" / "points.pcd");
   ASSERT_FALSE(written.ok());
   EXPECT_NE(written.error().message.find("absent"), std::string::npos);
 }

@@ -8,6 +8,8 @@
 
 #include "planar_vslam/frontend/projection_search.h"
 #include "planar_vslam/map/map.h"
+#include "planar_vslam/optimize/pose_only.h"
+#include "planar_vslam/planar/floor_monitor.h"
 #include "planar_vslam/planar/odometry_noise.h"
 #include "planar_vslam/planar/planar_prior.h"
 #include "planar_vslam/planar/preintegration.h"
@@ -65,6 +67,7 @@ struct TrackResult {
   int inliers = 0;
   bool odometry_rejected = false;               // vision and odometry disagreed (slip): odometry did not take part
   bool wants_keyframe = false;
+  bool on_floor = true;                         // whether the floor prior took part
   FrameMatches matches;                         // inliers only
 };
 
@@ -102,6 +105,10 @@ class Tracker {
   bool Rematch(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result) const;
   bool TrackLocalMap(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result) const;
   bool Optimize(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result) const;
+  PoseOnlyProblem MakeProblem(const TrackInput& input, const Map& map, const Prediction& prediction, const Rigid3& start) const;
+  std::vector<PoseObservation> Observations(const TrackInput& input, const Map& map, const FrameMatches& matches) const;
+  bool UsesFloor(const Map& map) const;
+  void TestFloor(const TrackInput& input, const Map& map, const Prediction& prediction, const TrackResult& result);
   bool EnoughInliers(const Prediction& prediction, const TrackResult& result) const;
   bool WantsKeyframe(const TrackInput& input, const Map& map, const TrackResult& result) const;
   void Remember(const TrackInput& input, const Map& map, TrackResult* result);
@@ -110,6 +117,7 @@ class Tracker {
   LastFrame last_;
   std::optional<Rigid3> velocity_;    // T_last_base of the frame before: constant-motion model without odometry
   bool visually_tracked_ = false;     // the last frame was
+  FloorMonitor floor_;
   int frames_since_keyframe_ = 0;
   int reference_landmarks_ = 0;       // tracked in the reference keyframe when it was made
 };

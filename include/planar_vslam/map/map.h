@@ -27,6 +27,7 @@ struct Keyframe {
   FrameFeaturesPtr features;                  // written once, shared
   std::vector<LandmarkId> landmarks;          // per keypoint; invalid where it observes none
   std::optional<OdometryLink> odometry_link;  // absent for the first keyframe and without odometry
+  bool on_floor = true;                       // whether the floor prior may hold this pose (floor_monitor.h)
 
   Rigid3 T_map_camera() const { return T_map_base * T_base_camera; }
 };

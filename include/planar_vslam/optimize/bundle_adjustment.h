@@ -32,7 +32,7 @@ struct BundleRequest {
 struct BundleContext {
   CameraModel camera;
   OdometryNoise odometry_noise;
-  PlanarPriorOptions planar;   // applied to free keyframes of a metric map, unless its mode is off
+  PlanarPriorOptions planar;   // applied to free keyframes on the floor of a metric map, unless its mode is off
   BundleOptions options;
 };
 

@@ -1,0 +1,71 @@
+#pragma once
+// The robot's sensors. Each is a function of the scene, a pose and a seed or its own random stream; none knows a drive,
+// so that a recorded drive, a test or a live robot can move them.
+#include <Eigen/Core>
+#include <cstdint>
+#include <random>
+#include <vector>
+
+#include "planar_vslam/sensor/measurements.h"
+#include "planar_vslam/sim/scene.h"
+#include "planar_vslam/sim/world.h"
+
+namespace planar_vslam {
+
+class CameraSensor {
+ public:
+  // Needs spec.model.Problems().empty().
+  explicit CameraSensor(const CameraSpec& spec);
+
+  // The picture from T_world_camera (optical frame); one noise seed, one picture.
+  GrayImage Render(const Scene& scene, const Rigid3& T_world_camera, std::uint64_t noise_seed) const;
+
+ private:
+  std::vector<std::uint8_t> Develop(const std::vector<float>& grey, std::uint64_t noise_seed) const;
+
+  CameraSpec spec_;
+  std::vector<Eigen::Vector3f> rays_;  // of the pixel centres, unit length, camera frame; one more column and row
+  std::vector<float> normals_;         // standard normal deviates that the noise draws from
+};
+
+class LaserSensor {
+ public:
+  LaserSensor(const LaserSpec& spec, std::uint64_t seed);
+  // Beams with nothing within range_max give infinity.
+  PlanarScan Scan(const Scene& scene, Timestamp stamp, const Rigid3& T_world_laser);
+
+ private:
+  LaserSpec spec_;
+  std::mt19937_64 generator_;
+};
+
+// Dead reckoning with scale errors and noise; starts at the identity.
+class WheelOdometer {
+ public:
+  WheelOdometer(const OdometrySpec& spec, std::uint64_t seed);
+  // The first call anchors the odometry frame.
+  OdometryReading Update(Timestamp stamp, const Rigid2& T_world_base);
+
+ private:
+  OdometrySpec spec_;
+  std::mt19937_64 generator_;
+  bool anchored_ = false;
+  Rigid2 T_world_base_;  // at the last call
+  Rigid2 T_odom_base_;   // measured, at the last call
+};
+
+// Wobble of the camera's mount: independent, exponentially forgetting rotations about the camera's axes.
+class MountShake {
+ public:
+  MountShake(double standard_deviation, double interval, std::uint64_t seed);  // rad, s between calls
+  Eigen::Quaterniond Next();
+
+ private:
+  double standard_deviation_;
+  double memory_;  // correlation from one call to the next
+  Eigen::Vector3d angles_ = Eigen::Vector3d::Zero();
+  bool started_ = false;
+  std::mt19937_64 generator_;
+};
+
+}  // namespace planar_vslam

@@ -1,0 +1,64 @@
+#pragma once
+// A simulated drive as a stream of measurements in time order, with the truth beside each.
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <variant>
+
+#include "planar_vslam/geometry/expected.h"
+#include "planar_vslam/sensor/measurements.h"
+#include "planar_vslam/sim/drive.h"
+#include "planar_vslam/sim/scene.h"
+#include "planar_vslam/sim/sensors.h"
+#include "planar_vslam/sim/world.h"
+
+namespace planar_vslam {
+
+struct SimulatedEvent {
+  std::variant<CameraFrame, OdometryReading, LaserFrame> measurement;
+  // Truth at the measurement's stamp. The camera's includes the shake that CameraFrame::T_base_camera does not know of.
+  Rigid2 T_world_base;
+  Rigid3 T_world_camera;  // of camera frames only
+};
+Timestamp StampOf(const SimulatedEvent& event);
+
+struct SimulationOptions {
+  std::uint64_t seed = 1;                                   // same world, same seed: same bytes
+  double until = std::numeric_limits<double>::infinity();  // s, end of the simulation
+  bool render = true;                                       // false: camera frames carry empty images
+};
+
+// Pull style: one Next() after the other. Events at the same stamp come as odometry, laser, camera.
+class Simulation {
+ public:
+  // Errors are one line that names the world's file and key.
+  static Expected<Simulation> Create(const World& world, const SimulationOptions& options);
+
+  std::optional<SimulatedEvent> Next();
+
+  const World& world() const { return world_; }
+  const Drive& drive() const { return drive_; }
+  const Scene& scene() const { return *scene_; }
+  const CameraSensor& camera() const { return camera_; }
+  double end_time() const { return end_; }  // s
+
+ private:
+  Simulation(const World& world, const SimulationOptions& options, Drive drive);
+  SimulatedEvent NextOdometry();
+  SimulatedEvent NextScan();
+  SimulatedEvent NextImage();
+
+  World world_;
+  SimulationOptions options_;
+  Drive drive_;
+  double end_;  // s
+  std::unique_ptr<Scene> scene_;
+  CameraSensor camera_;
+  MountShake shake_;
+  LaserSensor laser_;
+  WheelOdometer odometer_;
+  std::int64_t odometry_count_ = 0, scan_count_ = 0, image_count_ = 0;
+};
+
+}  // namespace planar_vslam

@@ -1,0 +1,121 @@
+#include "parameters.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace planar_vslam::ros_face {
+namespace {
+
+// Reads the parameters of one node and remembers which there are.
+class ParameterReader {
+ public:
+  ParameterReader(const ros::NodeHandle& node, std::vector<std::string>* problems) : node_(node), problems_(problems) {}
+
+  template <class T>
+  void Read(const std::string& name, const char* expected, T* value) {
+    known_.push_back(name);
+    if (!node_.hasParam(name) || node_.getParam(name, *value)) return;
+    problems_->push_back(fmt::format("{}: wrong type; expected {}", node_.resolveName(name), expected));
+  }
+  void RequirePositive(const std::string& name, double value) {
+    if (value > 0.0) return;
+    problems_->push_back(fmt::format("{}: is {}; expected a number over 0", node_.resolveName(name), value));
+  }
+
+  // A misspelt parameter must not be a default in disguise. Deeper names belong to plugins.
+  void RefuseUnknown() {
+    std::vector<std::string> names;
+    node_.getParamNames(names);
+    std::sort(names.begin(), names.end());
+    const std::string own = node_.getNamespace() + "/";
+    for (const std::string& name : names) {
+      if (name.rfind(own, 0) != 0) continue;
+      const std::string key = name.substr(own.size());
+      if (key.find('/') != std::string::npos || std::find(known_.begin(), known_.end(), key) != known_.end()) continue;
+      problems_->push_back(fmt::format("{}: no such parameter; expected one of {}", name, fmt::join(known_, ", ")));
+    }
+  }
+
+ private:
+  const ros::NodeHandle& node_;
+  std::vector<std::string>* problems_;
+  std::vector<std::string> known_;
+};
+
+PipelineOptions ReadPipelineOptions(const std::string& config, const std::vector<std::string>& assignments,
+                                    std::vector<std::string>* problems) {
+  Expected<PipelineOptions> options{PipelineOptions{}};
+  if (!config.empty()) options = LoadOptions(config);
+  if (!options.ok()) {
+    problems->push_back(options.error().message);
+    return {};
+  }
+  PipelineOptions merged = *options;
+  for (const std::string& assignment : assignments) {
+    const Expected<PipelineOptions> changed = SetOption(merged, assignment);
+    if (changed.ok()) {
+      merged = *changed;
+    } else {
+      problems->push_back(changed.error().message);
+    }
+  }
+  const std::vector<std::string> invalid = merged.Problems();
+  problems->insert(problems->end(), invalid.begin(), invalid.end());
+  return merged;
+}
+
+void ReadOdometrySource(const std::string& source, NodeSettings* settings, std::vector<std::string>* problems) {
+  if (source == "topic") {
+    settings->odometry = OdometrySource::kTopic;
+  } else if (source == "tf") {
+    settings->odometry = OdometrySource::kTf;
+  } else if (source == "none") {
+    settings->odometry = OdometrySource::kNone;
+  } else {
+    problems->push_back(fmt::format("odometry_source: is '{}'; expected topic, tf or none", source));
+  }
+  const OdometryUse use = settings->pipeline.odometry;
+  if (use == OdometryUse::kRequired && !settings->with_odometry()) {
+    problems->push_back("odometry_source: is none, but the configuration requires odometry");
+  }
+  // Without a base there is nothing odometry could be about.
+  if (use == OdometryUse::kOff || !settings->has_base()) settings->odometry = OdometrySource::kNone;
+}
+
+}  // namespace
+
+NodeSettings ReadSettings(const ros::NodeHandle& node, std::vector<std::string>* problems) {
+  NodeSettings settings;
+  std::string config, odometry_source = "topic", map_directory = settings.map_directory.string();
+  std::vector<std::string> assignments;
+  ParameterReader reader(node, problems);
+  reader.Read("config", "a file name", &config);
+  reader.Read("set", "a list of key=value", &assignments);
+  reader.Read("odometry_source", "topic, tf or none", &odometry_source);
+  reader.Read("image_transport", "raw, compressed or the name of a plugin", &settings.image_transport);
+  reader.Read("map_frame", "a frame name", &settings.map_frame);
+  reader.Read("publish_tf", "true or false", &settings.publish_tf);
+  reader.Read("publish_tf_before_fix", "true or false", &settings.publish_tf_before_fix);
+  reader.Read("tf_rate", "a number (Hz)", &settings.tf_rate);
+  reader.Read("transform_tolerance", "a number (s)", &settings.transform_tolerance);
+  reader.Read("map_period", "a number (s)", &settings.map_period);
+  reader.Read("map_points_period", "a number (s)", &settings.map_points_period);
+  reader.Read("map_directory", "a folder name", &map_directory);
+  reader.Read("queue_size_images", "a whole number", &settings.queue_size_images);
+  reader.Read("lossless", "true or false", &settings.lossless);
+  reader.RequirePositive("tf_rate", settings.tf_rate);
+  reader.RequirePositive("map_period", settings.map_period);
+  reader.RequirePositive("map_points_period", settings.map_points_period);
+  reader.RequirePositive("queue_size_images", settings.queue_size_images);
+  if (settings.transform_tolerance < 0.0)
+    problems->push_back("transform_tolerance: is negative; expected at least 0 s");
+  if (settings.map_frame.empty()) problems->push_back("map_frame: is empty; expected a frame name");
+  reader.RefuseUnknown();
+  settings.map_directory = map_directory;
+  settings.pipeline = ReadPipelineOptions(config, assignments, problems);
+  ReadOdometrySource(odometry_source, &settings, problems);
+  return settings;
+}
+
+}  // namespace planar_vslam::ros_face

@@ -1,0 +1,210 @@
+#include "publishers.h"
+
+#include <diagnostic_msgs/DiagnosticArray.h>
+#include <fmt/format.h>
+#include <ros/this_node.h>
+
+#include <algorithm>
+
+#include "converters.h"
+#include "planar_vslam/pipeline/navigation_map.h"
+
+namespace planar_vslam::ros_face {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Whether `period` seconds have passed since `last`; takes note if so. A jump back of time counts as passed.
+bool IsDue(std::optional<Timestamp>* last, Timestamp now, double period) {
+  if (last->has_value() && now > **last && SecondsBetween(**last, now) < period) return false;
+  *last = now;
+  return true;
+}
+
+// `name` below `directory`, with .yaml at its end.
+Expected<fs::path> ResolveMapName(const fs::path& directory, const std::string& name) {
+  fs::path relative(name);
+  if (relative.extension() == ".yaml") relative.replace_extension();
+  if (name.empty() || relative.filename().empty()) return Error{"name: is empty; expected a file name"};
+  if (relative.is_absolute())
+    return Error{fmt::format("name: '{}' is absolute; expected one below ~map_directory", name)};
+  const fs::path root = fs::weakly_canonical(directory);
+  const fs::path file = fs::weakly_canonical(root / relative);
+  const fs::path inside = file.lexically_relative(root);
+  if (inside.empty() || inside == "." || *inside.begin() == "..") {
+    return Error{fmt::format("name: '{}' leaves ~map_directory ({})", name, root.string())};
+  }
+  return fs::path(file.string() + ".yaml");
+}
+
+}  // namespace
+
+LocalizationPublisher::LocalizationPublisher(ros::NodeHandle* node, const NodeSettings& settings)
+    : settings_(settings), pose_(node->advertise<geometry_msgs::PoseWithCovarianceStamped>("pose", 50)) {
+  if (!settings_.publish_tf || !settings_.with_odometry()) return;
+  timer_ = node->createTimer(ros::Duration(1.0 / settings_.tf_rate), [this](const ros::TimerEvent&) { Broadcast(); });
+}
+
+void LocalizationPublisher::OnFrame(const FrameReport& report, const std::optional<Rigid2>& T_odom_base) {
+  if (!report.T_map_base.has_value()) return;
+  // Lengths of unknown scale are no poses to drive by; a lone camera has nothing better.
+  if (!report.metric && settings_.with_odometry()) return;
+  pose_.publish(
+      ToPoseWithCovariance(MakeHeader(report.stamp, settings_.map_frame), *report.T_map_base, report.covariance));
+  if (!T_odom_base.has_value()) return;
+  // The base is projected, not map -> odom: that one tilts about an origin far away.
+  const std::lock_guard<std::mutex> lock(mutex_);
+  T_map_odom_ = ProjectToPlane(*report.T_map_base) * T_odom_base->Inverse();
+}
+
+void LocalizationPublisher::OnRestart() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  T_map_odom_.reset();
+  broadcast_stamp_ = ros::Time();
+  odometry_stamp_ = ros::Time();
+}
+
+void LocalizationPublisher::OnOdometry(const ros::Time& stamp) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  odometry_stamp_ = stamp;
+}
+
+void LocalizationPublisher::Broadcast() {
+  Rigid2 T_map_odom;
+  ros::Time stamp;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!T_map_odom_.has_value() && !settings_.publish_tf_before_fix) return;
+    // tf refuses the same stamp twice.
+    if (odometry_stamp_.isZero() || odometry_stamp_ == broadcast_stamp_) return;
+    broadcast_stamp_ = odometry_stamp_;
+    stamp = odometry_stamp_ + ros::Duration(settings_.transform_tolerance);
+    T_map_odom = T_map_odom_.value_or(Rigid2());
+  }
+  broadcaster_.sendTransform(ToTransform(MakeHeader(ToTimestamp(stamp), settings_.map_frame),
+                                         settings_.pipeline.topics.odom_frame, Embed3(T_map_odom)));
+}
+
+MapPublisher::MapPublisher(ros::NodeHandle* node, const NodeSettings& settings)
+    : settings_(settings),
+      map_(node->advertise<nav_msgs::OccupancyGrid>("map", 1, true)),
+      map_points_(node->advertise<sensor_msgs::PointCloud2>("map_points", 1, true)),
+      path_(node->advertise<nav_msgs::Path>("path", 1, true)),
+      keyframes_(node->advertise<geometry_msgs::PoseArray>("keyframes", 1, true)) {}
+
+void MapPublisher::OnFrame(const TrackingLoop& loop, Timestamp stamp) {
+  if (building_ || loop.map() == nullptr) return;
+  const bool grid_due = loop.map()->metric && IsDue(&last_grid_, stamp, settings_.map_period);
+  const bool points_due = IsDue(&last_points_, stamp, settings_.map_points_period);
+  if (!grid_due && !points_due) return;
+  building_ = true;
+  builder_.Submit([this, snapshot = *loop.Snapshot(), grid_due] {
+    Publish(snapshot, grid_due);
+    building_ = false;
+  });
+}
+
+void MapPublisher::OnRestart() {
+  last_grid_.reset();
+  last_points_.reset();
+}
+
+void MapPublisher::Publish(const MapSnapshot& snapshot, bool grid_due) {
+  const std_msgs::Header header = MakeHeader(snapshot.stamp, settings_.map_frame);
+  map_points_.publish(ToPointCloud(header, LandmarkCloud(*snapshot.map)));
+  path_.publish(ToPath(header, snapshot.trajectory.Poses(*snapshot.map)));
+  keyframes_.publish(ToPoseArray(header, *snapshot.map));
+  if (grid_due) map_.publish(ToOccupancyGrid(header, BuildGrid(snapshot, settings_.pipeline)));
+}
+
+OccupancyGrid2d BuildGrid(const MapSnapshot& snapshot, const PipelineOptions& options) {
+  return BuildNavigationMap(*snapshot.map, snapshot.trajectory, snapshot.scans, snapshot.camera, options.mapping2d,
+                            LandmarkAcceptance{})
+      .Grid();
+}
+
+Expected<fs::path> SaveGrid(const MapSnapshot& snapshot, const NodeSettings& settings, const std::string& name) {
+  const Expected<fs::path> file = ResolveMapName(settings.map_directory, name);
+  if (!file.ok()) return file;
+  if (!snapshot.map->metric) return Error{"the map's scale is not known yet; a grid needs metres"};
+  std::error_code failure;
+  fs::create_directories(file->parent_path(), failure);
+  if (failure) return Error{fmt::format("{}: {}", file->parent_path().string(), failure.message())};
+  const Expected<bool> written = WriteMapServerFiles(BuildGrid(snapshot, settings.pipeline), *file);
+  if (!written.ok()) return written.error();
+  return *file;
+}
+
+DiagnosticsPublisher::DiagnosticsPublisher(ros::NodeHandle* node, const InputQueue& queue)
+    : queue_(queue), publisher_(node->advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10)) {
+  constexpr double kPeriodSeconds = 1.0;
+  timer_ = node->createWallTimer(ros::WallDuration(kPeriodSeconds), [this](const ros::WallTimerEvent&) { Publish(); });
+}
+
+void DiagnosticsPublisher::OnFrame(const FrameReport& report) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  status_.frame = report;
+  ++status_.frames;
+}
+
+void DiagnosticsPublisher::OnInput(const TrackingLoop& loop) {
+  const std::shared_ptr<const Map> map = loop.map();
+  std::map<std::string, long> unused = loop.unused();
+  const std::lock_guard<std::mutex> lock(mutex_);
+  status_.waiting_for = loop.waiting_for();
+  status_.unused = std::move(unused);
+  status_.keyframes = map != nullptr ? map->keyframes.size() : 0;
+  status_.points = map != nullptr ? map->landmarks.size() : 0;
+}
+
+void DiagnosticsPublisher::Publish() {
+  Status status;
+  bool stalled = false;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    status = status_;
+    stalled = status_.frames == frames_before_;
+    frames_before_ = status_.frames;
+  }
+  using diagnostic_msgs::DiagnosticStatus;
+  DiagnosticStatus message;
+  message.name = ros::this_node::getName() + ": tracking";
+  message.hardware_id = "none";
+  const auto add = [&message](const std::string& key, const std::string& value) {
+    diagnostic_msgs::KeyValue pair;
+    pair.key = key;
+    pair.value = value;
+    message.values.push_back(pair);
+  };
+  const FrameState state = status.frame.has_value() ? status.frame->state : FrameState::kInitializing;
+  // Waiting a moment is normal; a second without a frame is not.
+  std::string waiting_for = stalled ? (status.waiting_for.empty() ? "images" : status.waiting_for) : "";
+  if (!stalled && state == FrameState::kInitializing) waiting_for = status.frame->waiting_for;
+  const bool well = !stalled && (state == FrameState::kTracking || state == FrameState::kRelocalized);
+  message.level = well ? DiagnosticStatus::OK : DiagnosticStatus::WARN;
+  if (!stalled && state == FrameState::kLost) message.level = DiagnosticStatus::ERROR;
+  message.message =
+      waiting_for.empty() ? ToString(state) : fmt::format("{}, waiting for {}", ToString(state), waiting_for);
+  add("state", ToString(state));
+  add("waiting for", waiting_for);
+  if (status.frame.has_value()) {
+    add("inliers", std::to_string(status.frame->inliers));
+    add("metric", status.frame->metric ? "true" : "false");
+    add("frame time (ms)", fmt::format("{:.1f}", status.frame->total_ms));
+  }
+  add("frames", std::to_string(status.frames));
+  add("keyframes", std::to_string(status.keyframes));
+  add("points", std::to_string(status.points));
+  const std::map<std::string, long> dropped = queue_.dropped();
+  add("dropped images", std::to_string(dropped.count("images") != 0 ? dropped.at("images") : 0));
+  for (const auto& [kind, count] : dropped) {
+    if (kind != "images" && kind != "camera infos") add("dropped " + kind, std::to_string(count));
+  }
+  for (const auto& [reason, count] : status.unused) add("unused: " + reason, std::to_string(count));
+  diagnostic_msgs::DiagnosticArray array;
+  array.header.stamp = ros::Time::now();
+  array.status.push_back(message);
+  publisher_.publish(array);
+}
+
+}  // namespace planar_vslam::ros_face

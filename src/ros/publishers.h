@@ -1,0 +1,92 @@
+#pragma once
+// What the node says: where the robot is, what the world looks like, how it is doing.
+#include <ros/node_handle.h>
+#include <tf2_ros/transform_broadcaster.h>
+
+#include <atomic>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "parameters.h"
+#include "planar_vslam/pipeline/executor.h"
+#include "tracking_loop.h"
+
+namespace planar_vslam::ros_face {
+
+// `pose` with every frame, tf map -> odom at a steady rate. Safe to call from several threads.
+class LocalizationPublisher {
+ public:
+  LocalizationPublisher(ros::NodeHandle* node, const NodeSettings& settings);
+
+  void OnFrame(const FrameReport& report, const std::optional<Rigid2>& T_odom_base);
+  void OnRestart();
+  // Of the newest odometry that has arrived, tracked or not.
+  void OnOdometry(const ros::Time& stamp);
+
+ private:
+  void Broadcast();
+
+  const NodeSettings settings_;
+  ros::Publisher pose_;
+  tf2_ros::TransformBroadcaster broadcaster_;
+  std::mutex mutex_;
+  std::optional<Rigid2> T_map_odom_;
+  ros::Time odometry_stamp_, broadcast_stamp_;
+  ros::Timer timer_;  // last: stops before the rest goes
+};
+
+// `map`, `map_points`, `path`, `keyframes`, built on a thread of their own from snapshots.
+class MapPublisher {
+ public:
+  MapPublisher(ros::NodeHandle* node, const NodeSettings& settings);
+
+  // On the tracking thread, after a frame: takes a snapshot when something is due and the builder is idle.
+  void OnFrame(const TrackingLoop& loop, Timestamp stamp);
+  void OnRestart();
+
+ private:
+  void Publish(const MapSnapshot& snapshot, bool grid_due);
+
+  const NodeSettings settings_;
+  ros::Publisher map_, map_points_, path_, keyframes_;
+  std::optional<Timestamp> last_grid_, last_points_;
+  std::atomic<bool> building_{false};
+  WorkerExecutor builder_;  // last: its jobs end before the rest goes
+};
+
+OccupancyGrid2d BuildGrid(const MapSnapshot& snapshot, const PipelineOptions& options);
+
+// Writes the grid as `name`.yaml and .pgm below the node's map directory; names that leave it are refused.
+Expected<std::filesystem::path> SaveGrid(const MapSnapshot& snapshot, const NodeSettings& settings,
+                                         const std::string& name);
+
+// `/diagnostics` once a second of wall time, so that a stopped clock shows too.
+class DiagnosticsPublisher {
+ public:
+  DiagnosticsPublisher(ros::NodeHandle* node, const InputQueue& queue);
+
+  // On the tracking thread.
+  void OnFrame(const FrameReport& report);
+  void OnInput(const TrackingLoop& loop);
+
+ private:
+  struct Status {
+    std::optional<FrameReport> frame;
+    std::string waiting_for;  // of the oldest waiting image
+    std::size_t keyframes = 0, points = 0;
+    std::map<std::string, long> unused;
+    long frames = 0;
+  };
+  void Publish();
+
+  const InputQueue& queue_;
+  ros::Publisher publisher_;
+  std::mutex mutex_;
+  Status status_;
+  long frames_before_ = 0;
+  ros::WallTimer timer_;  // last: stops before the rest goes
+};
+
+}  // namespace planar_vslam::ros_face

@@ -1,0 +1,157 @@
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <iterator>
+
+#include "bag_testing.h"
+
+namespace planar_vslam::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+using BagErrors = BagFixture;
+
+TEST_F(BagErrors, BagsWithoutUsableImagesSaySo) {
+  ExpectInError(OpenError(Bag([](BagWriter&) {})), {"drive.bag", "no images", "sensor_msgs/Image"});
+  ExpectInError(OpenError(Bag([](BagWriter& w) { w.PutImage(0.1, RawImage(RampImage(), "32FC1")); })),
+                {"/camera/image_raw", "32FC1"});
+  ExpectInError(OpenError(Bag([](BagWriter& w) { w.PutImage(0.1, RawImage(RampImage(64, 48), "mono8")); })),
+                {"/camera/image_raw", "64x48", "32x24", "/camera/camera_info"});
+}
+
+TEST_F(BagErrors, CameraInfoErrorsNameTheTopic) {
+  const auto error = [&](const sensor_msgs::CameraInfo& info) {
+    {
+      BagWriter writer(Path());
+      writer.PutInfo(info);
+      writer.PutImage(0.1);
+    }
+    return OpenError(Path());
+  };
+  sensor_msgs::CameraInfo info = Info();
+  info.K.fill(0.0);
+  ExpectInError(error(info), {"/camera/camera_info", "zero"});
+  for (const char* model : {"rational_polynomial", "equidistant", ""}) {
+    info = Info();
+    info.distortion_model = model;
+    ExpectInError(error(info), {"/camera/camera_info", model, "plumb_bob"});
+  }
+  info = Info();
+  info.D.resize(3);
+  ExpectInError(error(info), {"/camera/camera_info", "D has 3"});
+  info = Info();
+  info.binning_x = 2;
+  ExpectInError(error(info), {"/camera/camera_info", "binning"});
+  info = Info();
+  info.D.clear();
+  info.distortion_model = "";
+  EXPECT_EQ(error(info), "");
+  {
+    BagWriter writer(Path());
+    writer.PutImage(0.1);
+  }
+  ExpectInError(OpenError(Path()), {"sensor_msgs/CameraInfo", "/camera/camera_info"});
+}
+
+TEST_F(BagErrors, RectifiedImagesUseTheProjectionMatrix) {
+  const Replay replay = Play(Bag([](BagWriter& writer) {
+    sensor_msgs::Image image = RawImage(RampImage(), "mono8");
+    image.header.stamp = At(0.1);
+    writer.Put("/camera/image_rect", image, 0.1);
+  }));
+  EXPECT_EQ(replay.info.camera.fx, 28.0);
+  EXPECT_EQ(replay.info.camera.cy, 11.0);
+  EXPECT_FALSE(replay.info.camera.distorted());
+}
+
+TEST_F(BagErrors, AmbiguousAndWrongTopicsAreNamed) {
+  const fs::path path = Bag([](BagWriter& writer) {
+    writer.PutImage(0.1);
+    writer.Put("/other/image_raw", RawImage(RampImage(), "mono8"), 0.2);
+    writer.Put("/other/camera_info", Info(), 0.2);
+  });
+  ExpectInError(OpenError(path), {"several", "/camera/image_raw", "/other/image_raw", "image_topic"});
+  RecordingOptions options;
+  options.bag.image_topic = "/camera/image_raw";
+  EXPECT_EQ(OpenError(path, options), "");
+  options.bag.image_topic = "/camera/nothing";
+  ExpectInError(OpenError(path, options), {"/camera/nothing", "image_topic", "/other/image_raw"});
+  options.bag.image_topic = "/camera/image_raw";
+  options.bag.odometry_topic = "/odom";
+  ExpectInError(OpenError(path, options), {"/odom", "odometry_topic", "nav_msgs/Odometry"});
+}
+
+TEST_F(BagErrors, MissingFramesAreNamedWithTheKnownOnes) {
+  RecordingOptions options;
+  options.bag.base_frame = "base";
+  ExpectInError(OpenError(RobotBag(), options), {"'base'", "camera_optical_frame", "base_footprint"});
+  ExpectInError(OpenError(Bag([](BagWriter& writer) {
+                  writer.PutStatic("base_footprint", "head", Shift(0, 0, 1));
+                  writer.PutImage(0.1);
+                })),
+                {"'camera_optical_frame'", "base_footprint, head"});
+  ExpectInError(OpenError(Bag([](BagWriter& writer) {
+                  writer.PutStatic("base_footprint", "camera_optical_frame", Shift(0, 0, 1));
+                  writer.PutImage(0.1);
+                  writer.PutScan(0.1);
+                })),
+                {"'laser_frame'"});
+  ExpectInError(OpenError(Bag([](BagWriter& writer) {
+                  writer.PutStatic("base_footprint", "camera_optical_frame", Shift(0, 0, 1));
+                  writer.PutImage(0.1);
+                  writer.PutOdometry(0.1, 0.0, "wheels");
+                })),
+                {"'wheels'", "child_frame_id"});
+  ExpectInError(OpenError(Bag([](BagWriter& writer) {
+                  writer.PutImage(0.1);
+                  writer.PutOdometry(0.1, 0.0);
+                })),
+                {"no tf", "base_footprint", "camera_optical_frame"});
+  ExpectInError(OpenError(Bag([](BagWriter& writer) {
+                  writer.PutStatic("base_footprint", "torso", Shift(0, 0, 1));
+                  writer.PutStatic("head", "camera_optical_frame", Shift(0, 0, 1));
+                  writer.PutImage(0.1);
+                })),
+                {"connect", "base_footprint", "camera_optical_frame"});
+}
+
+TEST_F(BagErrors, FilesThatAreNoBagsAreErrors) {
+  const TemporaryFolder folder;
+  const fs::path path = folder.path() / "x.bag";
+  for (const char* text : {"", "#ROSBAG V1.2\n", "hello world, this is no bag"}) {
+    WriteText(path, text);
+    ExpectInError(OpenError(path), {"x.bag", "#ROSBAG V2.0"});
+  }
+  RecordingOptions options;
+  options.odometry_file = "odometry.csv";
+  ExpectInError(OpenError(RobotBag(), options), {"drive.bag", "dataset folder"});
+}
+
+TEST_F(BagErrors, TruncatedAndDamagedBagsAreErrorsNotCrashes) {
+  std::ifstream stream(RobotBag(), std::ios::binary);
+  const std::string whole{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+  const TemporaryFolder folder;
+  const fs::path path = folder.path() / "cut.bag";
+  for (const double share : {0.001, 0.3, 0.7, 0.95, 0.999}) {
+    WriteText(path, whole.substr(0, static_cast<std::size_t>(share * static_cast<double>(whole.size()))));
+    ExpectInError(OpenError(path), {"cut.bag"});
+  }
+  // Zeros over lengths, offsets, field names, payload: whatever they hit, the answer is an error or skipped messages.
+  for (std::size_t at = 13; at + 16 < whole.size(); at += whole.size() / 97) {
+    std::string damaged = whole;
+    std::fill_n(damaged.begin() + static_cast<std::ptrdiff_t>(at), 16, '\0');
+    WriteText(path, damaged);
+    const Replay replay = Play(path);
+    EXPECT_EQ(replay.error.find('\n'), std::string::npos);
+  }
+  // A bag that was never closed: no index position in its header.
+  std::string unindexed = whole;
+  const std::size_t position = unindexed.find("index_pos=");
+  std::fill_n(unindexed.begin() + static_cast<std::ptrdiff_t>(position) + 10, 8, '\0');
+  WriteText(path, unindexed);
+  ExpectInError(OpenError(path), {"cut.bag", "no index", "reindex"});
+}
+
+}  // namespace
+}  // namespace planar_vslam::test

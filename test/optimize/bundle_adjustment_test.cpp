@@ -1,0 +1,119 @@
+#include "planar_vslam/optimize/bundle_adjustment.h"
+
+#include <gtest/gtest.h>
+
+#include "planar_vslam/map/map_edit.h"
+#include "support/synthetic_map.h"
+
+namespace planar_vslam {
+namespace {
+
+double WorstPosition(const Map& map, const std::vector<Rigid3>& truth) {
+  double worst = 0.0;
+  for (const auto& [id, keyframe] : map.keyframes) {
+    worst = std::max(worst, (keyframe.T_map_base.translation - truth[id.value].translation).norm());
+  }
+  return worst;
+}
+
+TEST(AdjustBundle, RecoversTruthFromPerturbedPosesAndPoints) {
+  const test::SyntheticWorld world = test::MakeSyntheticWorld({});
+  Map map = test::Perturbed(world, 0.02, 0.01, 0.05, 4);
+  BundleContext context = world.Context();
+  context.options.max_iterations = 50;
+  const BundleResult result = AdjustBundle(map, WholeMapRequest(map), context);
+  ASSERT_TRUE(result.converged) << result.message;
+  EXPECT_LT(result.final_cost, 1e-2 * result.initial_cost);
+  map = Apply(std::move(map), ToEdit(result));
+  EXPECT_TRUE(Validate(map).empty());
+  EXPECT_LT(WorstPosition(map, world.true_poses), 2e-3);
+}
+
+TEST(AdjustBundle, OdometryHoldsTheScale) {
+  // The whole map 10 % too large: vision alone cannot tell, odometry can.
+  const test::SyntheticWorld world = test::MakeSyntheticWorld({});
+  for (const bool use_odometry : {true, false}) {
+    Map map = Apply(world.map, {TransformMap{1.1, Rigid3()}});
+    BundleContext context = world.Context();
+    context.planar.mode = PlanarMode::kOff;
+    context.options.use_odometry = use_odometry;
+    context.options.max_iterations = 50;
+    const BundleResult result = AdjustBundle(map, WholeMapRequest(map), context);
+    map = Apply(std::move(map), ToEdit(result));
+    const auto span = [](const Map& m) {
+      const Eigen::Vector3d a = m.keyframes.begin()->second.T_map_camera().translation;
+      return (std::prev(m.keyframes.end())->second.T_map_camera().translation - a).norm();
+    };
+    const double scale = span(map) / span(world.map);
+    EXPECT_NEAR(scale, use_odometry ? 1.0 : 1.1, 0.01) << use_odometry;
+  }
+}
+
+TEST(AdjustBundle, FloorPriorTakesOnlyKeyframesOnTheFloor) {
+  test::SyntheticWorldOptions options;
+  options.pixel_noise = 0.5;
+  const test::SyntheticWorld world = test::MakeSyntheticWorld(options);
+  Map lifted = Apply(world.map, {TransformMap{1.0, Rigid3(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0, 0, 0.3))}});
+  BundleContext context = world.Context();
+  context.options.max_iterations = 50;
+  BundleRequest request = WholeMapRequest(lifted);
+  request.free_keyframes.insert(request.free_keyframes.begin(), request.fixed_keyframes.begin(), request.fixed_keyframes.end());
+  request.fixed_keyframes.clear();
+  const auto mean_height = [&](Map map) {
+    map = Apply(std::move(map), ToEdit(AdjustBundle(map, request, context)));
+    double sum = 0.0;
+    for (const auto& [id, keyframe] : map.keyframes) sum += keyframe.T_map_base.translation.z();
+    return sum / static_cast<double>(map.keyframes.size());
+  };
+  EXPECT_NEAR(mean_height(lifted), 0.0, 0.02);
+  for (auto& [id, keyframe] : lifted.keyframes) keyframe.on_floor = false;
+  EXPECT_NEAR(mean_height(lifted), 0.3, 0.02);
+}
+
+TEST(AdjustBundle, NamesWrongObservationsAsOutliers) {
+  const test::SyntheticWorld world = test::MakeSyntheticWorld({});
+  Map map = world.map;
+  auto features = std::make_shared<FrameFeatures>(*map.keyframes.At(KeyframeId{2}).features);
+  const std::vector<LandmarkId>& landmarks = map.keyframes.At(KeyframeId{2}).landmarks;
+  const auto wrong = static_cast<std::size_t>(
+      std::find_if(landmarks.begin(), landmarks.end(), [](LandmarkId id) { return id.valid(); }) - landmarks.begin());
+  features->keypoints[wrong].pixel += Eigen::Vector2f(40.0F, 25.0F);
+  map.keyframes.At(KeyframeId{2}).features = features;
+  const BundleResult result = AdjustBundle(map, WholeMapRequest(map), world.Context());
+  ASSERT_EQ(result.outliers.size(), 1U);
+  EXPECT_EQ(result.outliers[0].first, landmarks[wrong]);
+  EXPECT_EQ(result.outliers[0].second, KeyframeId{2});
+}
+
+TEST(AdjustBundle, GivesTheSameBitsEveryTime) {
+  test::SyntheticWorldOptions options;
+  options.pixel_noise = 0.7;
+  const test::SyntheticWorld world = test::MakeSyntheticWorld(options);
+  const Map map = test::Perturbed(world, 0.02, 0.01, 0.05, 5);
+  const BundleResult first = AdjustBundle(map, WholeMapRequest(map), world.Context());
+  const BundleResult second = AdjustBundle(map, WholeMapRequest(map), world.Context());
+  ASSERT_EQ(first.points.size(), second.points.size());
+  for (std::size_t i = 0; i < first.points.size(); ++i) EXPECT_EQ(first.points[i].second, second.points[i].second);
+  for (std::size_t i = 0; i < first.poses.size(); ++i) {
+    EXPECT_EQ(first.poses[i].second.translation, second.poses[i].second.translation);
+    EXPECT_EQ(first.poses[i].second.rotation.coeffs(), second.poses[i].second.rotation.coeffs());
+  }
+}
+
+TEST(AdjustBundle, SaysWhenThereIsNothingToAdjust) {
+  const test::SyntheticWorld world = test::MakeSyntheticWorld({});
+  const BundleResult result = AdjustBundle(world.map, BundleRequest{}, world.Context());
+  EXPECT_FALSE(result.converged);
+  EXPECT_EQ(result.message, "nothing to adjust");
+}
+
+TEST(BundleOptions, NameWhatIsWrong) {
+  BundleOptions options;
+  EXPECT_TRUE(options.Problems().empty());
+  options.max_iterations = 0;
+  options.pixel_sigma = -1.0;
+  EXPECT_EQ(options.Problems().size(), 2U);
+}
+
+}  // namespace
+}  // namespace planar_vslam

@@ -1,0 +1,106 @@
+#include "planar_vslam/optimize/pose_only.h"
+
+#include <gtest/gtest.h>
+
+#include "planar_vslam/planar/preintegration.h"
+#include "support/synthetic_map.h"
+
+namespace planar_vslam {
+namespace {
+
+struct Scene {
+  test::SyntheticWorld world;
+  PoseOnlyProblem problem;
+  std::vector<PoseObservation> observations;
+  Rigid3 truth;
+};
+
+Scene MakeScene(double pixel_noise) {
+  Scene s;
+  test::SyntheticWorldOptions options;
+  options.pixel_noise = pixel_noise;
+  s.world = test::MakeSyntheticWorld(options);
+  const Keyframe& keyframe = s.world.map.keyframes.At(KeyframeId{3});
+  s.truth = keyframe.T_map_base;
+  for (std::size_t i = 0; i < keyframe.landmarks.size(); ++i) {
+    if (!keyframe.landmarks[i].valid()) continue;
+    s.observations.push_back({s.world.map.landmarks.At(keyframe.landmarks[i]).p_map, keyframe.features->keypoints[i].pixel.cast<double>(), 1.0, true});
+  }
+  s.problem.T_base_camera = keyframe.T_base_camera;
+  s.problem.camera = s.world.camera;
+  Vector6d off;
+  off << 0.1, -0.08, 0.05, 0.03, -0.02, 0.06;
+  s.problem.T_map_base = s.truth * ExpSe3(off);
+  return s;
+}
+
+double Error(const Rigid3& a, const Rigid3& b) { return LogSe3(a.Inverse() * b).norm(); }
+
+TEST(OptimizePose, FindsTheTruePoseFromExactPixels) {
+  Scene s = MakeScene(0.0);
+  ASSERT_GT(s.observations.size(), 30U);
+  const PoseOnlyResult result = OptimizePose(s.problem, &s.observations);
+  EXPECT_LT(Error(result.T_map_base, s.truth), 1e-5);
+  EXPECT_EQ(result.inliers, static_cast<int>(s.observations.size()));
+}
+
+TEST(OptimizePose, RejectsAThirdOfWrongMatches) {
+  Scene s = MakeScene(0.3);
+  std::mt19937 generator(3);
+  std::uniform_real_distribution<double> pixel(30.0, 400.0);
+  for (std::size_t i = 0; i < s.observations.size(); i += 3) s.observations[i].pixel = {pixel(generator), pixel(generator)};
+  const PoseOnlyResult result = OptimizePose(s.problem, &s.observations);
+  EXPECT_LT(Error(result.T_map_base, s.truth), 0.02);
+  for (std::size_t i = 0; i < s.observations.size(); ++i) {
+    const Eigen::Vector3d p = (s.truth * s.problem.T_base_camera).Inverse() * s.observations[i].p_map;
+    const bool wrong = (s.problem.camera.ProjectUndistorted(p) - s.observations[i].pixel).norm() > 10.0;
+    EXPECT_TRUE(!wrong || !s.observations[i].inlier) << i;
+  }
+}
+
+TEST(OptimizePose, CovarianceCoversTheError) {
+  double squared = 0.0;
+  constexpr int kRuns = 40;
+  for (int run = 0; run < kRuns; ++run) {
+    test::SyntheticWorldOptions options;
+    options.pixel_noise = 1.0;
+    options.points = 120;
+    options.seed = static_cast<std::uint32_t>(100 + run);
+    Scene s = MakeScene(0.0);
+    s.world = test::MakeSyntheticWorld(options);
+    const Keyframe& keyframe = s.world.map.keyframes.At(KeyframeId{3});
+    s.observations.clear();
+    for (std::size_t i = 0; i < keyframe.landmarks.size(); ++i) {
+      if (!keyframe.landmarks[i].valid()) continue;
+      s.observations.push_back({s.world.map.landmarks.At(keyframe.landmarks[i]).p_map, keyframe.features->keypoints[i].pixel.cast<double>(), 1.0, true});
+    }
+    const PoseOnlyResult result = OptimizePose(s.problem, &s.observations);
+    const Vector6d error = LogSe3(s.truth.Inverse() * result.T_map_base);
+    squared += error.dot(result.information * error);
+  }
+  // Mean of a chi-square with 6 dof over 40 runs: 6 +- 3 sigma of 0.55; the cut of the outlier test narrows it a little.
+  EXPECT_NEAR(squared / kRuns, 6.0, 1.8);
+}
+
+TEST(OptimizePose, OdometryPriorCarriesWhatVisionDoesNotSee) {
+  Scene s = MakeScene(0.0);
+  s.observations.resize(2);  // far too few
+  PosePrior prior{s.truth, Matrix6d::Identity() * 1e3};
+  s.problem.prior = prior;
+  const PoseOnlyResult result = OptimizePose(s.problem, &s.observations);
+  EXPECT_LT(Error(result.T_map_base, s.truth), 0.2);
+}
+
+TEST(OptimizePose, FloorPriorHoldsHeightAndTilt) {
+  Scene s = MakeScene(0.5);
+  s.observations.resize(6);
+  s.problem.planar = true;
+  s.problem.sigma_height = 0.001;
+  s.problem.sigma_tilt = DegreesToRadians(0.01);
+  const PoseOnlyResult result = OptimizePose(s.problem, &s.observations);
+  EXPECT_LT(std::abs(result.T_map_base.translation.z()), 0.005);
+  EXPECT_LT((result.T_map_base.R().row(2).head<2>()).norm(), DegreesToRadians(0.05));
+}
+
+}  // namespace
+}  // namespace planar_vslam

@@ -1,0 +1,39 @@
+#!/usr/bin/python3
+"""slam_node with wrong parameters: every problem is named and the exit code is 2."""
+import os
+import subprocess
+import sys
+import unittest
+
+import rospy
+import rostest
+
+
+def run_node(name, parameters):
+    for key, value in parameters.items():
+        rospy.set_param(f"/{name}/{key}", value)
+    command = [os.environ["PLANAR_VSLAM_SLAM_NODE"], f"__name:={name}"]
+    return subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=30, text=True)
+
+
+class BadParameters(unittest.TestCase):
+    def test_every_problem_is_named(self):
+        result = run_node("several", {"queue_size_images": 0, "map_perod": 3.0, "tf_rate": "fast",
+                                      "odometry_source": "wheels", "set": ["no.such_key=1", "orb.feature_count=many"]})
+        self.assertEqual(result.returncode, 2, result.stdout)
+        for problem in ("queue_size_images", "map_perod", "tf_rate", "wheels", "no.such_key", "orb.feature_count"):
+            self.assertIn(problem, result.stdout)
+
+    def test_missing_configuration_file(self):
+        result = run_node("missing", {"config": "/nonexistent/robot.yaml"})
+        self.assertEqual(result.returncode, 2, result.stdout)
+        self.assertIn("/nonexistent/robot.yaml", result.stdout)
+
+    def test_unknown_transport(self):
+        result = run_node("transport", {"image_transport": "pigeon"})
+        self.assertEqual(result.returncode, 2, result.stdout)
+        self.assertIn("pigeon", result.stdout)
+
+
+if __name__ == "__main__":
+    rostest.rosrun("planar_vslam", "bad_parameters", BadParameters, sys.argv)
