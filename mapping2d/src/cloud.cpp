@@ -4,14 +4,31 @@
 #include <pcl/point_types.h>
 
 #include <algorithm>
+#include <cstdint>
+#include <cstring>
 #include <fstream>
 
 #include "planar_vslam/mapping2d/map_builder.h"
 
 namespace planar_vslam {
+namespace {
+
+Error CannotWrite(const std::filesystem::path& path) {
+  return {path.string() + ": cannot be written (is the folder there, and space left?)"};
+}
+
+std::string LittleEndian(float value) {
+  std::uint32_t bits = 0;
+  std::memcpy(&bits, &value, sizeof(bits));
+  std::string bytes;
+  for (unsigned shift = 0; shift < 32; shift += 8) bytes.push_back(static_cast<char>(bits >> shift & 0xFFU));
+  return bytes;
+}
+
+}  // namespace
 
 Expected<bool> WritePcd(const std::vector<CloudPoint>& cloud, const std::filesystem::path& path) {
-  const Error cannot_write{path.string() + ": cannot be written (is the folder there, and space left?)"};
+  const Error cannot_write = CannotWrite(path);
   pcl::PointCloud<pcl::PointXYZINormal> points;
   points.reserve(cloud.size());
   for (const CloudPoint& from : cloud) {
@@ -33,6 +50,24 @@ Expected<bool> WritePcd(const std::vector<CloudPoint>& cloud, const std::filesys
   } catch (const pcl::IOException&) {
     return cannot_write;
   }
+  return true;
+}
+
+// PCL's own writer adds elements for a camera or a range image that other readers trip over.
+Expected<bool> WritePly(const std::vector<CloudPoint>& cloud, const std::filesystem::path& path) {
+  std::ofstream file(path, std::ios::binary);
+  file << "ply\nformat binary_little_endian 1.0\nelement vertex " << cloud.size() << "\n";
+  for (const char* property : {"x", "y", "z", "nx", "ny", "nz", "intensity"}) {
+    file << "property float " << property << "\n";
+  }
+  file << "end_header\n";
+  for (const CloudPoint& point : cloud) {
+    for (const float value : point.position) file << LittleEndian(value);
+    for (const float value : point.normal) file << LittleEndian(value);
+    file << LittleEndian(point.intensity);
+  }
+  file.close();
+  if (!file) return CannotWrite(path);
   return true;
 }
 

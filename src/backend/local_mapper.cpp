@@ -76,7 +76,8 @@ MappingOutcome MapKeyframe(Map map, const KeyframeProposal& proposal, const Mapp
   map = Apply(std::move(map), {proposal.sightings, AddKeyframe{id, std::move(keyframe)}});
 
   const std::size_t before = map.landmarks.size();
-  map = Apply(std::move(map), CullRecentLandmarks(map, id, context.options));
+  const MapEdit recent = CullRecentLandmarks(map, id, context.options);
+  map = Apply(std::move(map), recent);
   report.landmarks_culled = static_cast<int>(before - map.landmarks.size());
 
   const LocalMapperOptions& o = context.options;
@@ -91,7 +92,8 @@ MappingOutcome MapKeyframe(Map map, const KeyframeProposal& proposal, const Mapp
   map = Apply(std::move(map), ToEdit(bundle));
   report.bundle = WithoutValues(bundle);
 
-  map = Apply(std::move(map), CullKeyframes(map, id, o, &report.keyframes_culled));
+  const MapEdit redundant = CullKeyframes(map, id, o, &report.keyframes_culled);
+  map = Apply(std::move(map), redundant);
   return {std::move(map), std::move(report)};
 }
 

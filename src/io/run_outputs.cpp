@@ -22,10 +22,11 @@ Trajectory ToTrajectory(const std::vector<std::pair<Timestamp, Rigid3>>& poses) 
   return trajectory;
 }
 
-Trajectory LiveTrajectory(const RunResult& result) {
+// On the way to a metric map the unscaled poses were not published.
+Trajectory LiveTrajectory(const RunResult& result, bool metric) {
   Trajectory trajectory;
   for (const FrameReport& frame : result.frames) {
-    if (frame.T_map_base.has_value()) trajectory.push_back({frame.stamp, *frame.T_map_base});
+    if (frame.T_map_base.has_value() && frame.metric == metric) trajectory.push_back({frame.stamp, *frame.T_map_base});
   }
   return trajectory;
 }
@@ -106,6 +107,8 @@ Json ReportJson(const SlamSystem& system, const RunResult& result, const Pipelin
   json["keyframes_made"] = report.keyframes_made;
   json["keyframes_culled"] = report.keyframes_culled;
   json["points"] = map != nullptr ? map->landmarks.size() : 0;
+  json["keyframes_off_floor"] = map == nullptr ? 0 : std::count_if(map->keyframes.begin(), map->keyframes.end(),
+                                                                   [](const auto& e) { return !e.second.on_floor; });
   json["odometry_rejected"] = report.odometry_rejected;
   json["unused_input"] = result.unused_input.empty() ? Json(Json::object()) : Json(result.unused_input);
   if (!deterministic) json["timing"] = Timing(result);
@@ -135,7 +138,11 @@ Expected<bool> WriteRunOutputs(const fs::path& folder, const SlamSystem& system,
   for (const auto& [name, poses] : {std::pair("trajectory.txt", &trajectory), std::pair("keyframes.txt", &keyframes)}) {
     if (Expected<bool> done = WriteTrajectory(*poses, folder / name); !done.ok()) return done;
   }
-  if (Expected<bool> done = WriteTrajectory(LiveTrajectory(result), folder / "trajectory_live.txt"); !done.ok()) return done;
+  if (Expected<bool> done = WriteTrajectory(LiveTrajectory(result, map != nullptr && map->metric), folder / "trajectory_live.txt"); !done.ok()) return done;
+  if (system.report().scale.has_value()) {
+    const Trajectory cameras = ToTrajectory(system.report().scale->unscaled_cameras);
+    if (Expected<bool> done = WriteTrajectory(cameras, folder / "scale_cameras.txt"); !done.ok()) return done;
+  }
   if (Expected<bool> done = WriteText(folder / "status.csv", StatusCsv(result, deterministic)); !done.ok()) return done;
   if (map != nullptr) {
     if (Expected<bool> done = WriteMaps(folder, system, options, camera); !done.ok()) return done;

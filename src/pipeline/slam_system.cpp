@@ -244,7 +244,10 @@ void SlamSystem::TryScaleRecovery(Timestamp stamp) {
   const auto by_steps = RecoverScale(samples, ScaleMethod::kSteps, options_.scale.min_distance);
   const auto by_centroids = RecoverScale(samples, ScaleMethod::kCentroids, options_.scale.min_distance);
   if (!by_steps.has_value() || !by_centroids.has_value()) return;
-  report_.scale = ScaleReport{*by_steps, *by_centroids, std::prev(map_->keyframes.end())->first, stamp};
+  report_.scale = ScaleReport{*by_steps, *by_centroids, {}, std::prev(map_->keyframes.end())->first, stamp};
+  for (const auto& [id, keyframe] : map_->keyframes) {
+    report_.scale->unscaled_cameras.emplace_back(keyframe.stamp, keyframe.T_map_camera());
+  }
 
   const double scale = *by_centroids;
   const Keyframe& first = map_->keyframes.begin()->second;

@@ -163,7 +163,9 @@ class SlamNode {
 int Run() {
   constexpr int kExitBadInput = 2;
   std::vector<std::string> problems;
-  const NodeSettings settings = ReadSettings(ros::NodeHandle("~"), &problems);
+  // Outlives everything: roscpp shuts down, its console first, with the last handle.
+  const ros::NodeHandle private_node("~");
+  const NodeSettings settings = ReadSettings(private_node, &problems);
   for (const std::string& problem : problems) ROS_FATAL("%s", problem.c_str());
   if (!problems.empty()) return kExitBadInput;
   try {

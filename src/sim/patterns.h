@@ -7,8 +7,8 @@
 
 namespace planar_vslam::sim {
 
-// A square of `pixels` x `pixels` that repeats seamlessly; the side is `metres` long. `shade` is the mean grey level, or
-// TextureSpec::kDefaultShade.
+// A square of `pixels` x `pixels` that repeats seamlessly; the side is `metres` long. `shade` is the mean grey level,
+// or TextureSpec::kDefaultShade.
 cv::Mat DrawSurface(const std::string& style, int shade, int pixels, double metres, std::uint64_t seed);
 
 // A picture of width_m x height_m metres, stretched to `size` pixels.

@@ -44,6 +44,7 @@ std::string Word(Sheet& sheet, int length) {
 // One line of words with letters `letter` px high, its base at y, from x to the right edge `right`.
 void DrawLine(Sheet& sheet, int x, int y, int right, int letter, const cv::Scalar& ink) {
   constexpr double kHersheyHeight = 21.0;  // px of a capital at scale 1
+  letter = std::max(letter, 4);            // px, the smallest that still shows
   const double scale = letter / kHersheyHeight;
   const int thickness = std::max(1, letter / 7);
   while (true) {
@@ -59,14 +60,18 @@ void DrawShape(Sheet& sheet, const cv::Point& at, int size, const cv::Scalar& gr
   const int kind = sheet.Uniform(0, 5);
   const int filled = sheet.Uniform(0, 3) == 0 ? std::max(2, size / 6) : static_cast<int>(cv::FILLED);
   if (kind == 0) return cv::circle(sheet.grey, at, size / 2, grey, filled, cv::LINE_AA);
-  if (kind == 1) return cv::rectangle(sheet.grey, at - cv::Point(size / 2, size / 2), at + cv::Point(size / 2, size / 3), grey, filled);
-  if (kind == 2) return cv::ellipse(sheet.grey, at, {size / 2, size / 4}, sheet.Uniform(0, 180), 0, 360, grey, filled, cv::LINE_AA);
+  if (kind == 1)
+    return cv::rectangle(sheet.grey, at - cv::Point(size / 2, size / 2), at + cv::Point(size / 2, size / 3), grey,
+                         filled);
+  if (kind == 2)
+    return cv::ellipse(sheet.grey, at, {size / 2, size / 4}, sheet.Uniform(0, 180), 0, 360, grey, filled, cv::LINE_AA);
   const int corners = sheet.Uniform(3, 8);
   const double turn = sheet.random.uniform(0.0, 2.0 * M_PI);
   std::vector<cv::Point> polygon;
   for (int i = 0; i < corners; ++i) {
     const double angle = turn + 2.0 * M_PI * i / corners, radius = size * sheet.random.uniform(0.25, 0.65);
-    polygon.emplace_back(at.x + static_cast<int>(radius * std::cos(angle)), at.y + static_cast<int>(radius * std::sin(angle)));
+    polygon.emplace_back(at.x + static_cast<int>(radius * std::cos(angle)),
+                         at.y + static_cast<int>(radius * std::sin(angle)));
   }
   cv::fillPoly(sheet.grey, std::vector<std::vector<cv::Point>>{polygon}, grey, cv::LINE_AA);
 }
@@ -88,7 +93,9 @@ void DrawText(Sheet& sheet) {
     if (picture) {
       const cv::Rect area = cv::Rect(margin, y, split - margin, block) & cv::Rect(cv::Point(), sheet.grey.size());
       cv::rectangle(sheet.grey, area, sheet.Grey(60, 170), cv::FILLED);
-      for (int i = 0; i < 5; ++i) DrawShape(sheet, {sheet.Uniform(area.x, area.br().x), sheet.Uniform(area.y, area.br().y)}, block / 2, sheet.Grey(0, 256));
+      for (int i = 0; i < 5; ++i)
+        DrawShape(sheet, {sheet.Uniform(area.x, area.br().x), sheet.Uniform(area.y, area.br().y)}, block / 2,
+                  sheet.Grey(0, 256));
     }
     for (const int end = y + block; y < end && y < sheet.height() - margin; y += 2 * letter) {
       DrawLine(sheet, split + (picture ? letter : 0), y + letter, sheet.width() - margin, letter, ink);
@@ -103,7 +110,8 @@ void DrawShapes(Sheet& sheet) {
   const int count = 25 + sheet.Pixels(0.5) * sheet.width() * sheet.height() / (side * side * 12 + 1);
   for (int i = 0; i < std::min(count, 120); ++i) {
     const double share = std::pow(sheet.random.uniform(0.0, 1.0), 2.0);
-    DrawShape(sheet, sheet.Anywhere(), static_cast<int>(side * (0.04 + 0.32 * share * (1.0 - i / 150.0))), sheet.Grey(0, 256));
+    DrawShape(sheet, sheet.Anywhere(), static_cast<int>(side * (0.04 + 0.32 * share * (1.0 - i / 150.0))),
+              sheet.Grey(0, 256));
   }
   sheet.Frame(sheet.Uniform(0, 60), 0.012);
 }
@@ -120,21 +128,25 @@ void DrawMap(Sheet& sheet) {
     cv::line(sheet.grey, at - along, at + along, sheet.Grey(40, 150), thickness + 2, cv::LINE_AA);
     cv::line(sheet.grey, at - along, at + along, sheet.Grey(200, 256), std::max(1, thickness - 1), cv::LINE_AA);
   }
-  for (int i = 0; i < 30; ++i) DrawShape(sheet, sheet.Anywhere(), sheet.Pixels(sheet.random.uniform(0.01, 0.06)), sheet.Grey(30, 180));
+  for (int i = 0; i < 30; ++i)
+    DrawShape(sheet, sheet.Anywhere(), sheet.Pixels(sheet.random.uniform(0.01, 0.06)), sheet.Grey(30, 180));
   for (int i = 0; i < 24; ++i) {
     const cv::Point at = sheet.Anywhere();
-    DrawLine(sheet, at.x, at.y, std::min(sheet.width(), at.x + sheet.Pixels(0.2)), std::max(5, sheet.Pixels(0.014)), sheet.Grey(0, 60));
+    DrawLine(sheet, at.x, at.y, std::min(sheet.width(), at.x + sheet.Pixels(0.2)), std::max(5, sheet.Pixels(0.014)),
+             sheet.Grey(0, 60));
   }
   sheet.Frame(30, 0.01);
 }
 
 // Like a photograph: shaded background, overlapping soft blobs with texture.
 void DrawPhoto(Sheet& sheet) {
-  cv::Mat field = 60.0 * RepeatingNoise(sheet.grey.size(), 3, 3, sheet.random) + 35.0 * RepeatingNoise(sheet.grey.size(), 9, 9, sheet.random) +
+  cv::Mat field = 60.0 * RepeatingNoise(sheet.grey.size(), 3, 3, sheet.random) +
+                  35.0 * RepeatingNoise(sheet.grey.size(), 9, 9, sheet.random) +
                   25.0 * RepeatingNoise(sheet.grey.size(), 40, 40, sheet.random) + 110.0;
   field.convertTo(sheet.grey, CV_8U);
   const int side = std::min(sheet.width(), sheet.height());
-  for (int i = 0; i < 18; ++i) DrawShape(sheet, sheet.Anywhere(), sheet.Uniform(side / 12, side / 3), sheet.Grey(10, 246));
+  for (int i = 0; i < 18; ++i)
+    DrawShape(sheet, sheet.Anywhere(), sheet.Uniform(side / 12, side / 3), sheet.Grey(10, 246));
   sheet.Roughen(9.0);
   cv::GaussianBlur(sheet.grey, sheet.grey, cv::Size(3, 3), 0.0);
   sheet.Frame(sheet.Uniform(0, 2) * 230 + 10, 0.02);
@@ -146,14 +158,17 @@ void DrawBoard(Sheet& sheet) {
   sheet.Roughen(22.0);
   const int papers = 4 + sheet.width() * sheet.height() / (sheet.Pixels(0.3) * sheet.Pixels(0.3));
   for (int i = 0; i < papers; ++i) {
-    const int width = sheet.Pixels(sheet.random.uniform(0.1, 0.22)), height = sheet.Pixels(sheet.random.uniform(0.1, 0.3));
+    const int width = sheet.Pixels(sheet.random.uniform(0.1, 0.22)),
+              height = sheet.Pixels(sheet.random.uniform(0.1, 0.3));
     const cv::Point at(sheet.Uniform(0, sheet.width() - width), sheet.Uniform(0, sheet.height() - height));
     const cv::Rect area = cv::Rect(at.x, at.y, width, height) & cv::Rect(cv::Point(), sheet.grey.size());
     cv::rectangle(sheet.grey, area, sheet.Grey(170, 250), cv::FILLED);
     cv::rectangle(sheet.grey, area, cv::Scalar(70), 1);
     const int letter = std::max(5, sheet.Pixels(sheet.random.uniform(0.008, 0.02)));
-    for (int y = at.y + 2 * letter; y < at.y + height - letter; y += 2 * letter) DrawLine(sheet, at.x + letter, y, at.x + width - letter, letter, sheet.Grey(0, 90));
-    cv::circle(sheet.grey, at + cv::Point(width / 2, letter), letter / 2 + 2, sheet.Grey(0, 60), cv::FILLED, cv::LINE_AA);
+    for (int y = at.y + 2 * letter; y < at.y + height - letter; y += 2 * letter)
+      DrawLine(sheet, at.x + letter, y, at.x + width - letter, letter, sheet.Grey(0, 90));
+    cv::circle(sheet.grey, at + cv::Point(width / 2, letter), letter / 2 + 2, sheet.Grey(0, 60), cv::FILLED,
+               cv::LINE_AA);
   }
   sheet.Frame(50, 0.025);
 }
@@ -175,7 +190,8 @@ void DrawBooks(Sheet& sheet) {
     }
     for (int y = top + sheet.height() / 5; y < sheet.height() * 4 / 5; y += std::max(6, width * 2 / 3)) {
       const double scale = width / 40.0;
-      cv::putText(sheet.grey, Word(sheet, 1), {x + width / 5, y}, cv::FONT_HERSHEY_SIMPLEX, scale, ink, 1 + width / 20, cv::LINE_AA);
+      cv::putText(sheet.grey, Word(sheet, 1), {x + width / 5, y}, cv::FONT_HERSHEY_SIMPLEX, scale, ink, 1 + width / 20,
+                  cv::LINE_AA);
     }
     x += width;
   }
@@ -186,7 +202,8 @@ void DrawDoor(Sheet& sheet) {
   sheet.Roughen(5.0);
   const int inset = sheet.width() / 7;
   for (const double top : {0.08, 0.55}) {
-    const cv::Rect panel(inset, static_cast<int>(top * sheet.height()), sheet.width() - 2 * inset, static_cast<int>(0.36 * sheet.height()));
+    const cv::Rect panel(inset, static_cast<int>(top * sheet.height()), sheet.width() - 2 * inset,
+                         static_cast<int>(0.36 * sheet.height()));
     cv::rectangle(sheet.grey, panel, cv::Scalar(95), sheet.Pixels(0.015));
     cv::rectangle(sheet.grey, panel - cv::Point(3, 3), cv::Scalar(190), 2);
   }
@@ -196,7 +213,8 @@ void DrawDoor(Sheet& sheet) {
   DrawLine(sheet, sign.x + 6, sign.y + plate * 2 / 3, sign.br().x, plate / 3, cv::Scalar(20));
   const cv::Point handle(sheet.width() - inset * 2 / 3, sheet.height() / 2);
   cv::circle(sheet.grey, handle, sheet.Pixels(0.03), cv::Scalar(40), cv::FILLED, cv::LINE_AA);
-  cv::line(sheet.grey, handle, handle - cv::Point(sheet.Pixels(0.12), 0), cv::Scalar(40), sheet.Pixels(0.02), cv::LINE_AA);
+  cv::line(sheet.grey, handle, handle - cv::Point(sheet.Pixels(0.12), 0), cv::Scalar(40), sheet.Pixels(0.02),
+           cv::LINE_AA);
   sheet.Frame(80, 0.05);
 }
 
@@ -205,11 +223,13 @@ void DrawWindow(Sheet& sheet) {
   cv::Mat sky = 12.0 * RepeatingNoise(sheet.grey.size(), 5, 4, sheet.random) + 238.0;
   sky.convertTo(sheet.grey, CV_8U);
   for (int i = 0; i < 7; ++i) {
-    const int width = sheet.Uniform(sheet.width() / 8, sheet.width() / 3), height = sheet.Uniform(sheet.height() / 6, sheet.height() / 2);
+    const int width = sheet.Uniform(sheet.width() / 8, sheet.width() / 3),
+              height = sheet.Uniform(sheet.height() / 6, sheet.height() / 2);
     const cv::Rect house(sheet.Uniform(-width / 2, sheet.width()), sheet.height() - height, width, height);
     cv::rectangle(sheet.grey, house, sheet.Grey(165, 225), cv::FILLED);
     for (int y = house.y + 8; y < house.br().y; y += 22) {
-      for (int x = house.x + 6; x < house.br().x - 10; x += 18) cv::rectangle(sheet.grey, cv::Rect(x, y, 9, 12), cv::Scalar(120), cv::FILLED);
+      for (int x = house.x + 6; x < house.br().x - 10; x += 18)
+        cv::rectangle(sheet.grey, cv::Rect(x, y, 9, 12), cv::Scalar(120), cv::FILLED);
     }
   }
   const int bar = sheet.Pixels(0.04);
@@ -229,11 +249,14 @@ constexpr Style kStyles[] = {{"text", DrawText},   {"shapes", DrawShapes}, {"map
 }  // namespace
 
 cv::Mat DrawPicture(const std::string& style, cv::Size size, double width_m, double height_m, std::uint64_t seed) {
-  const Style* const found = std::find_if(std::begin(kStyles), std::end(kStyles), [&style](const Style& s) { return style == s.name; });
+  const Style* const found =
+      std::find_if(std::begin(kStyles), std::end(kStyles), [&style](const Style& s) { return style == s.name; });
   PV_CHECK(found != std::end(kStyles), "picture style " << style);
   const double density = std::max(size.width / width_m, size.height / height_m);
   // A picture that is a sliver still needs a few pixels to draw on.
-  const auto side = [density](double metres) { return std::clamp(static_cast<int>(std::lround(metres * density)), 32, 4096); };
+  const auto side = [density](double metres) {
+    return std::clamp(static_cast<int>(std::lround(metres * density)), 32, 4096);
+  };
   Sheet sheet{cv::Mat(side(height_m), side(width_m), CV_8U, cv::Scalar(128)), density, cv::RNG(seed)};
   found->draw(sheet);
   cv::Mat result;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace planar_vslam {
 namespace {
@@ -135,7 +136,8 @@ double Distance(const Eigen::Vector2d& point, const std::vector<Eigen::Vector2d>
 
 bool OverlapsSquare(const std::vector<Eigen::Vector2d>& polygon, const Eigen::Vector2d& min, double side) {
   constexpr double kTouch = 1e-9;  // m, what rounding may make of two edges that only touch
-  const Polygon square = {min, min + Eigen::Vector2d(side, 0), min + Eigen::Vector2d(side, side), min + Eigen::Vector2d(0, side)};
+  const Polygon square = {min, min + Eigen::Vector2d(side, 0), min + Eigen::Vector2d(side, side),
+                          min + Eigen::Vector2d(0, side)};
   // Two convex shapes are apart exactly when an edge of one of them separates them.
   const auto separated_by_edge_of = [](const Polygon& a, const Polygon& b) {
     for (std::size_t i = 0; i < a.size(); ++i) {

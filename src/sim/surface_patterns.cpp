@@ -19,7 +19,9 @@ struct Canvas {
   int pixels() const { return grey.cols; }
   // How many features of about `length` metres fit along a side.
   int Count(double length) const { return std::max(1, static_cast<int>(std::lround(metres / length))); }
-  int Position(int index, int count) const { return static_cast<int>(static_cast<std::int64_t>(index) * pixels() / count); }
+  int Position(int index, int count) const {
+    return static_cast<int>(static_cast<std::int64_t>(index) * pixels() / count);
+  }
   void AddNoise(double amplitude, double length_x, double length_y) {
     grey += amplitude * RepeatingNoise(grey.size(), Count(length_x), Count(length_y), random);
   }
@@ -152,7 +154,8 @@ cv::Mat RepeatingNoise(cv::Size size, int cells_x, int cells_y, cv::RNG& random)
 }
 
 cv::Mat DrawSurface(const std::string& style, int shade, int pixels, double metres, std::uint64_t seed) {
-  const Style* const found = std::find_if(std::begin(kStyles), std::end(kStyles), [&style](const Style& s) { return style == s.name; });
+  const Style* const found =
+      std::find_if(std::begin(kStyles), std::end(kStyles), [&style](const Style& s) { return style == s.name; });
   PV_CHECK(found != std::end(kStyles), "surface style " << style);
   const int mean = shade == TextureSpec::kDefaultShade ? found->shade : shade;
   Canvas canvas{cv::Mat(pixels, pixels, CV_32F, cv::Scalar(mean)), metres, cv::RNG(seed)};

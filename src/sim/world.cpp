@@ -53,8 +53,6 @@ Rigid3 CameraSpec::T_base_camera() const {
   return {Eigen::Quaterniond(R_base_level * tilt.toRotationMatrix()), position};
 }
 
-Rigid3 LaserSpec::T_base_laser() const {
-  return {Eigen::Quaterniond::Identity(), Eigen::Vector3d(0.0, 0.0, height)};
-}
+Rigid3 LaserSpec::T_base_laser() const { return {Eigen::Quaterniond::Identity(), Eigen::Vector3d(0.0, 0.0, height)}; }
 
 }  // namespace planar_vslam

@@ -11,11 +11,11 @@ namespace planar_vslam {
 namespace {
 
 // Bounds against typing errors: a hall no larger than this, a texture memory that still fits.
-constexpr double kLargestRoom = 100.0;  // m
-constexpr double kHighestRoom = 20.0;   // m
+constexpr double kLargestRoom = 100.0;   // m
+constexpr double kHighestRoom = 20.0;    // m
 constexpr double kLargestRate = 1000.0;  // Hz
-constexpr int kLargestImage = 4096;     // px
-constexpr double kSmallest = 0.005;     // m, of any solid or poster
+constexpr int kLargestImage = 4096;      // px
+constexpr double kSmallest = 0.005;      // m, of any solid or poster
 
 class Problems {
  public:
@@ -94,8 +94,8 @@ void CheckPosters(const World& world, Problems& problems) {
     const Eigen::Vector2d wall(along_x ? world.room.size.x() : world.room.size.y(), world.room.size.z());
     problems.Range(key + ".size", poster.size.minCoeff(), kSmallest, kLargestRoom, "m");
     if (poster.size.x() > wall.x() || poster.size.y() > wall.y()) {
-      problems.Add(key + ".size", fmt::format("expected to fit the {} wall of {} x {} m", Name(poster.wall), wall.x(),
-                                              wall.y()));
+      problems.Add(key + ".size",
+                   fmt::format("expected to fit the {} wall of {} x {} m", Name(poster.wall), wall.x(), wall.y()));
       continue;
     }
     problems.Range(key + ".along", poster.along, 0.5 * poster.size.x(), wall.x() - 0.5 * poster.size.x(), "m");
@@ -125,7 +125,8 @@ void CheckDrive(const World& world, const std::vector<Prism>& solids, Problems& 
   }
   problems.Range("drive.shuffle", drive.shuffle, -10.0, 10.0, "m");
   problems.Range("drive.laps", drive.laps, 0.0, 100.0);
-  if (drive.laps > 0.0 && drive.waypoints.size() < 3) problems.Add("drive.waypoints", "expected at least 3 to drive laps");
+  if (drive.laps > 0.0 && drive.waypoints.size() < 3)
+    problems.Add("drive.waypoints", "expected at least 3 to drive laps");
   if (drive.waypoints.empty() && drive.shuffle == 0.0) problems.Add("drive", "expected waypoints or a shuffle");
   problems.Range("drive.speed", drive.speed, 0.01, 5.0, "m/s");
   problems.Range("drive.sideways_speed", drive.sideways_speed, 0.01, 5.0, "m/s");

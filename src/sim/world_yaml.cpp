@@ -135,10 +135,11 @@ void ReadDrive(YamlFields fields, DriveSpec* drive) {
   for (std::size_t i = 0; i < items.size(); ++i) {
     std::vector<double> point;
     const bool pair = items[i].IsSequence() && items[i].size() == 2 &&
-                      YAML::convert<std::vector<double>>::decode(items[i], point) &&
-                      std::isfinite(point[0]) && std::isfinite(point[1]);
+                      YAML::convert<std::vector<double>>::decode(items[i], point) && std::isfinite(point[0]) &&
+                      std::isfinite(point[1]);
     if (pair) drive->waypoints.emplace_back(point[0], point[1]);
-    if (!pair) fields.errors()->Report(items[i].Mark(), fmt::format("drive.waypoints[{}]", i), "expected [x, y] in metres");
+    if (!pair)
+      fields.errors()->Report(items[i].Mark(), fmt::format("drive.waypoints[{}]", i), "expected [x, y] in metres");
   }
   fields.Read("shuffle", &drive->shuffle);
   fields.Read("laps", &drive->laps);
@@ -161,8 +162,18 @@ void ReadCamera(YamlFields fields, CameraSpec* camera) {
   fields.Read("distortion", &distortion);
   const bool whole = size.x() == std::floor(size.x()) && size.y() == std::floor(size.y()) && size.norm() < 1e6;
   if (!whole) fields.errors()->Report(fields.Child("size").Mark(), "camera.size", "expected whole numbers of pixels");
-  if (whole) model = {static_cast<int>(size.x()), static_cast<int>(size.y()), focal.x(), focal.y(), center.x(),
-                      center.y(), distortion[0], distortion[1], distortion[2], distortion[3], 0.0};
+  if (whole)
+    model = {static_cast<int>(size.x()),
+             static_cast<int>(size.y()),
+             focal.x(),
+             focal.y(),
+             center.x(),
+             center.y(),
+             distortion[0],
+             distortion[1],
+             distortion[2],
+             distortion[3],
+             0.0};
   fields.Read("rate", &camera->rate);
   fields.Read("position", &camera->position);
   ReadDegrees(fields, "tilt_down_deg", &camera->tilt_down);

@@ -99,7 +99,8 @@ void YamlFields::Finish() {
     }
     const std::string& key = entry.first.Scalar();
     if (known_.count(key) == 0) {
-      errors_->Report(entry.first.Mark(), PathOf(key), fmt::format("unknown key; expected one of {}", fmt::join(known_, ", ")));
+      errors_->Report(entry.first.Mark(), PathOf(key),
+                      fmt::format("unknown key; expected one of {}", fmt::join(known_, ", ")));
     }
     if (!seen.insert(key).second) errors_->Report(entry.first.Mark(), PathOf(key), "is given twice");
   }

@@ -128,6 +128,33 @@ TEST(WritePcd, UnwritableFileIsNamed) {
   EXPECT_NE(written.error().message.find("absent"), std::string::npos);
 }
 
+TEST(WritePly, HeaderAndPointsAreThere) {
+  const test::TemporaryFolder folder;
+  const fs::path path = folder.path() / "points.ply";
+  ASSERT_TRUE(WritePly({{{1.0F, 2.0F, 3.0F}, {0.0F, 0.0F, -1.0F}, 7.0F}, CloudPoint{}}, path).ok());
+  const std::string ply = Bytes(path);
+  EXPECT_EQ(ply.rfind("ply\nformat binary_little_endian 1.0\nelement vertex 2\nproperty float x\n", 0), 0U);
+  const std::string marker = "end_header\n";
+  const std::size_t begin = ply.find(marker) + marker.size();
+  std::vector<float> first(7);
+  ASSERT_EQ(ply.size(), begin + 2 * first.size() * sizeof(float));
+  std::memcpy(first.data(), ply.data() + begin, first.size() * sizeof(float));
+  EXPECT_EQ(first, (std::vector<float>{1.0F, 2.0F, 3.0F, 0.0F, 0.0F, -1.0F, 7.0F}));
+}
+
+TEST(WritePly, EmptyCloudIsAFileWithoutPoints) {
+  const test::TemporaryFolder folder;
+  ASSERT_TRUE(WritePly({}, folder.path() / "points.ply").ok());
+  EXPECT_NE(Bytes(folder.path() / "points.ply").find("element vertex 0\n"), std::string::npos);
+}
+
+TEST(WritePly, UnwritableFileIsNamed) {
+  const test::TemporaryFolder folder;
+  const auto written = WritePly({CloudPoint{}}, folder.path() / "absent" / "points.ply");
+  ASSERT_FALSE(written.ok());
+  EXPECT_NE(written.error().message.find("absent"), std::string::npos);
+}
+
 TEST(RadiusInliers, LonelyPointsGo) {
   const std::vector<Eigen::Vector3d> points = {{0, 0, 0}, {9, 9, 9}, {0.1, 0, 0}, {0, 0.1, 0}, {5, 0, 0}, {5.1, 0, 0}};
   EXPECT_EQ(RadiusInliers(points, 0.3, 2), (std::vector<int>{0, 2, 3}));

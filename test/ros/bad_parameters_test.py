@@ -1,10 +1,10 @@
 #!/usr/bin/python3
 """slam_node with wrong parameters: every problem is named and the exit code is 2."""
-import os
 import subprocess
 import sys
 import unittest
 
+import roslib.packages
 import rospy
 import rostest
 
@@ -12,7 +12,7 @@ import rostest
 def run_node(name, parameters):
     for key, value in parameters.items():
         rospy.set_param(f"/{name}/{key}", value)
-    command = [os.environ["PLANAR_VSLAM_SLAM_NODE"], f"__name:={name}"]
+    command = [roslib.packages.find_node("planar_vslam", "slam_node")[0], f"__name:={name}"]
     return subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=30, text=True)
 
 

@@ -1,6 +1,8 @@
 // Conversions and the input queue, without a running ROS.
 #include <gtest/gtest.h>
+#include <boost/make_shared.hpp>
 
+#include <cstring>
 #include <random>
 #include <thread>
 

@@ -38,9 +38,12 @@ struct View {
 
 BundleContext SyntheticWorld::Context() const { return {camera, odometry_noise, PlanarPriorOptions{}, BundleOptions{}}; }
 
+Rigid3 SyntheticPose(double x) { return Embed3(Rigid2(x, 0.05 * x * x, 0.1 * x)); }
+
 SyntheticWorld MakeSyntheticWorld(const SyntheticWorldOptions& options) {
   SyntheticWorld world;
   world.camera = TestCamera();
+  world.T_base_camera = SidewaysCamera();
   world.map.octave_scales = {1.0, 1.2, 1.44};
   world.map.metric = true;
   std::mt19937_64 generator(options.seed);
@@ -52,11 +55,10 @@ SyntheticWorld MakeSyntheticWorld(const SyntheticWorldOptions& options) {
     world.true_points.emplace_back(-1.0 + (length + 2.0) * unit(generator), 2.5 + 3.0 * unit(generator), 0.2 + 1.8 * unit(generator));
     descriptors.push_back(RandomDescriptor(generator));
   }
-  const Rigid3 T_base_camera = SidewaysCamera();
+  const Rigid3& T_base_camera = world.T_base_camera;
   std::vector<View> views;
   for (int k = 0; k < options.keyframes; ++k) {
-    const double x = options.step * k;
-    world.true_poses.push_back(Embed3(Rigid2(x, 0.05 * x * x, 0.1 * x)));
+    world.true_poses.push_back(SyntheticPose(options.step * k));
     const Rigid3 T_camera_map = (world.true_poses.back() * T_base_camera).Inverse();
     View view;
     for (std::size_t i = 0; i < world.true_points.size(); ++i) {
@@ -89,8 +91,7 @@ SyntheticWorld MakeSyntheticWorld(const SyntheticWorldOptions& options) {
     keyframe.features = features;
     keyframe.landmarks.resize(features->keypoints.size());
     if (k > 0) {
-      const Rigid2 step = ProjectToPlane(world.true_poses[k - 1].Inverse() * world.true_poses[k]);
-      keyframe.odometry_link = OdometryLink{KeyframeId{id.value - 1}, Preintegrate({{Timestamp{0}, Rigid2()}, {Timestamp{1}, step}}, world.odometry_noise)};
+      keyframe.odometry_link = OdometryLink{KeyframeId{id.value - 1}, ExactOdometry(world, world.true_poses[k - 1], world.true_poses[k])};
     }
     edit.emplace_back(AddKeyframe{id, keyframe});
     for (std::size_t j = 0; j < views[k].points.size(); ++j) observations[views[k].points[j]].push_back({id, static_cast<std::uint32_t>(j)});
@@ -108,6 +109,34 @@ SyntheticWorld MakeSyntheticWorld(const SyntheticWorldOptions& options) {
   world.true_points = kept;
   world.map = Apply(std::move(world.map), edit);
   return world;
+}
+
+SyntheticView Observe(const SyntheticWorld& world, const Rigid3& T_map_camera, double pixel_noise, std::uint32_t seed) {
+  std::mt19937_64 generator(seed);
+  std::normal_distribution<double> normal;
+  const Rigid3 T_camera_map = T_map_camera.Inverse();
+  auto features = std::make_shared<FrameFeatures>();
+  SyntheticView view;
+  for (const auto& [id, landmark] : world.map.landmarks) {
+    const Eigen::Vector3d p = T_camera_map * world.true_points[id.value];
+    if (p.z() < 0.2) continue;
+    Eigen::Vector2d u = world.camera.ProjectUndistorted(p);
+    u += pixel_noise * Eigen::Vector2d(normal(generator), normal(generator));
+    if (u.x() < 0.0 || u.y() < 0.0 || u.x() >= world.camera.width || u.y() >= world.camera.height) continue;
+    Keypoint keypoint;
+    keypoint.pixel = keypoint.raw_pixel = u.cast<float>();
+    features->keypoints.push_back(keypoint);
+    features->descriptors.push_back(landmark.descriptor);
+    view.landmarks.push_back(id);
+  }
+  features->grid = ImageGrid(features->keypoints);
+  view.features = features;
+  return view;
+}
+
+PreintegratedOdometry ExactOdometry(const SyntheticWorld& world, const Rigid3& T_map_i, const Rigid3& T_map_j) {
+  const Timestamp start{0}, end = Timestamp::FromSeconds(0.1);
+  return Preintegrate({{start, Rigid2()}, {end, ProjectToPlane(T_map_i.Inverse() * T_map_j)}}, world.odometry_noise);
 }
 
 Map Perturbed(const SyntheticWorld& world, double position_sigma, double angle_sigma, double point_sigma, std::uint32_t seed) {

@@ -36,6 +36,7 @@ struct FrameReport {
 struct ScaleReport {
   double by_steps = 0.0;        // the paper's ratio
   double by_centroids = 0.0;    // the one applied
+  std::vector<std::pair<Timestamp, Rigid3>> unscaled_cameras;   // T_map_camera of the keyframes it was recovered from
   KeyframeId keyframe;          // the newest one at that moment
   Timestamp stamp;
 };

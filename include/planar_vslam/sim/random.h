@@ -4,8 +4,8 @@
 
 namespace planar_vslam {
 
-// A well-mixed 64-bit value of (seed, stream): the finaliser of Steele, Lea, Flood, "Fast splittable pseudorandom number
-// generators" (OOPSLA 2014), SplitMix64.
+// A well-mixed 64-bit value of (seed, stream): the finaliser of Steele, Lea, Flood, "Fast splittable pseudorandom
+// number generators" (OOPSLA 2014), SplitMix64.
 constexpr std::uint64_t MixSeed(std::uint64_t seed, std::uint64_t stream) {
   std::uint64_t z = seed + 0x9e3779b97f4a7c15ULL * (stream + 1);
   z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;

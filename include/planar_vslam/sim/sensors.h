@@ -12,6 +12,20 @@
 
 namespace planar_vslam {
 
+// Rays through pixel centres, unit length, camera frame; one more column and row than the image has.
+struct RayTable {
+  int columns = 0;
+  std::vector<float> x, y, z;
+
+  std::size_t Index(int column, int row) const {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(column);
+  }
+  Eigen::Vector3f At(int column, int row) const {
+    const std::size_t i = Index(column, row);
+    return {x[i], y[i], z[i]};
+  }
+};
+
 class CameraSensor {
  public:
   // Needs spec.model.Problems().empty().
@@ -24,8 +38,8 @@ class CameraSensor {
   std::vector<std::uint8_t> Develop(const std::vector<float>& grey, std::uint64_t noise_seed) const;
 
   CameraSpec spec_;
-  std::vector<Eigen::Vector3f> rays_;  // of the pixel centres, unit length, camera frame; one more column and row
-  std::vector<float> normals_;         // standard normal deviates that the noise draws from
+  RayTable rays_;
+  std::vector<float> normals_;  // standard normal deviates that the noise draws from
 };
 
 class LaserSensor {

@@ -24,9 +24,9 @@ struct SimulatedEvent {
 Timestamp StampOf(const SimulatedEvent& event);
 
 struct SimulationOptions {
-  std::uint64_t seed = 1;                                   // same world, same seed: same bytes
+  std::uint64_t seed = 1;                                  // same world, same seed: same bytes
   double until = std::numeric_limits<double>::infinity();  // s, end of the simulation
-  bool render = true;                                       // false: camera frames carry empty images
+  bool render = true;                                      // false: camera frames carry empty images
 };
 
 // Pull style: one Next() after the other. Events at the same stamp come as odometry, laser, camera.

@@ -1,6 +1,7 @@
 #pragma once
-// A simulated world as a value: a rectangular room with lamps, furniture and pictures, the robot's drive and its sensors.
-// Read from YAML; every unknown key, wrong type and impossible value is an error that names file, line and key.
+// A simulated world as a value: a rectangular room with lamps, furniture and pictures, the robot's drive and its
+// sensors. Read from YAML; every unknown key, wrong type and impossible value is an error that names file, line and
+// key.
 //
 // World frame: origin in a corner of the room on the floor, x along the south wall, y along the west wall, z up.
 #include <Eigen/Core>
@@ -62,8 +63,8 @@ const char* Name(Wall wall);
 // Something flat on a wall: a poster, a window, a door. Too thin for the laser and the grid.
 struct PosterSpec {
   Wall wall = Wall::kNorth;
-  double along = 0.0;          // m, centre: x on the south and north wall, y on the east and west wall
-  double height = 1.4;         // m, centre above the floor
+  double along = 0.0;              // m, centre: x on the south and north wall, y on the east and west wall
+  double height = 1.4;             // m, centre above the floor
   Eigen::Vector2d size{0.6, 0.8};  // m, width and height
   TextureSpec texture{"text"};
 };
@@ -83,23 +84,23 @@ struct DriveSpec {
 
 struct CameraSpec {
   CameraModel model{640, 480, 610.0, 610.0, 322.3, 238.6, 0.03, -0.09, 0.0, 0.0, 0.0};
-  double rate = 10.0;                             // Hz
-  Eigen::Vector3d position{0.06, 0.0, 1.118};     // m, of the optical centre in the base
-  double tilt_down = 0.06;                        // rad, optical axis below the horizon
-  double shake = 0.0;                             // rad, standard deviation of the mount about each axis
-  double noise = 0.0;                             // grey levels, standard deviation at mid grey
-  double exposure = 1.0;                          // factor on the grey levels
+  double rate = 10.0;                          // Hz
+  Eigen::Vector3d position{0.06, 0.0, 1.118};  // m, of the optical centre in the base
+  double tilt_down = 0.06;                     // rad, optical axis below the horizon
+  double shake = 0.0;                          // rad, standard deviation of the mount about each axis
+  double noise = 0.0;                          // grey levels, standard deviation at mid grey
+  double exposure = 1.0;                       // factor on the grey levels
 
   Rigid3 T_base_camera() const;
 };
 
 struct LaserSpec {
-  double rate = 5.0;                       // Hz
-  double height = 0.25;                    // m above the floor, over the base's origin
-  double field_of_view = 1.5 * M_PI;       // rad, centred on forward
+  double rate = 5.0;                  // Hz
+  double height = 0.25;               // m above the floor, over the base's origin
+  double field_of_view = 1.5 * M_PI;  // rad, centred on forward
   int beams = 541;
-  double range_max = 8.0;                  // m
-  double noise = 0.0;                      // m, standard deviation
+  double range_max = 8.0;  // m
+  double noise = 0.0;      // m, standard deviation
 
   Rigid3 T_base_laser() const;
   double angle_min() const { return -0.5 * field_of_view; }

@@ -82,13 +82,15 @@ class MapBuilder {
   std::unique_ptr<State> state_;
 };
 
-// PCD of points with normals (the mean viewing direction, towards the cameras) and intensity (observations).
+// Points with normals (the mean viewing direction, towards the cameras) and intensity (observations), as binary PCD or
+// PLY (properties x y z nx ny nz intensity).
 struct CloudPoint {
   Eigen::Vector3f position = Eigen::Vector3f::Zero();
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();
   float intensity = 0.0F;
 };
 Expected<bool> WritePcd(const std::vector<CloudPoint>& cloud, const std::filesystem::path& path);
+Expected<bool> WritePly(const std::vector<CloudPoint>& cloud, const std::filesystem::path& path);
 
 // Keeps points with at least `min_neighbors` others within `radius` (PCL radius outlier removal): indices kept,
 // ascending.

@@ -12,7 +12,7 @@ double FloorDistance(const Rigid3& T_map_base, const Matrix6d& covariance, doubl
 
 class FloorMonitor {
  public:
-  // Takes the next d^2; released after two in a row beyond the 99 % limit, on the floor again after ten in a row
+  // Takes the next d^2; released after three in a row beyond 7 sigma, on the floor again after ten in a row
   // within the 90 % limit.
   void Add(double squared_distance);
   bool on_floor() const { return on_floor_; }

@@ -1,0 +1,82 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "commands.h"
+#include "planar_vslam/sim/dataset_writer.h"
+#include "planar_vslam/sim/simulation.h"
+#include "planar_vslam/sim/world.h"
+
+namespace planar_vslam {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct SimulateArguments {
+  std::string world;
+  fs::path out;
+  std::uint64_t seed = 1;
+  double until = std::numeric_limits<double>::infinity();
+};
+
+// Where the shipped worlds may be: installed beside the executable (lib/planar_vslam -> share/planar_vslam), else in
+// the source tree it was built from.
+std::vector<fs::path> WorldFolders() {
+  std::error_code no_executable_path;
+  const fs::path executable = fs::read_symlink("/proc/self/exe", no_executable_path);
+  const fs::path installed = executable.parent_path() / "../../share/planar_vslam/config/worlds";
+  return {installed.lexically_normal(), fs::path(PV_SOURCE_DIR) / "config/worlds"};
+}
+
+// The file itself, or the shipped world of that name.
+Expected<fs::path> FindWorld(const std::string& world) {
+  if (fs::is_regular_file(world)) return fs::path(world);
+  const std::vector<fs::path> folders = WorldFolders();
+  if (fs::path(world).filename() == world) {
+    for (const fs::path& folder : folders) {
+      const fs::path path = folder / (world + ".yaml");
+      if (fs::is_regular_file(path)) return path;
+    }
+  }
+  return Error{fmt::format("{}: expected a world file, or the name of a world in {}", world, folders.back().string())};
+}
+
+int Simulate(const SimulateArguments& arguments) {
+  const Expected<fs::path> path = FindWorld(arguments.world);
+  if (!path) return Fail(kExitBadInput, path.error().message);
+  const Expected<World> world = LoadWorld(*path);
+  if (!world) return Fail(kExitBadInput, world.error().message);
+  SimulationOptions options;
+  options.seed = arguments.seed;
+  options.until = arguments.until;
+  Expected<Simulation> simulation = Simulation::Create(*world, options);
+  if (!simulation) return Fail(kExitBadInput, simulation.error().message);
+  const Expected<DatasetCounts> counts = WriteDataset(*simulation, arguments.out);
+  if (!counts) return Fail(kExitFailure, counts.error().message);
+  fmt::print("{}: {:.1f} s, {} images, {} odometry readings, {} scans\n", arguments.out.string(),
+             simulation->end_time(), counts->images, counts->odometry_readings, counts->scans);
+  return kExitSuccess;
+}
+
+}  // namespace
+
+void AddSimulate(CLI::App& app, int* exit_code) {
+  auto arguments = std::make_shared<SimulateArguments>();
+  CLI::App* command =
+      app.add_subcommand("simulate", "Render a robot's drive through a simulated world into a dataset folder");
+  command->add_option("world", arguments->world, "World file (YAML), or the name of a shipped world, like sample_lab")
+      ->required();
+  command->add_option("--out", arguments->out, "Folder for the recording; its files are replaced")->required();
+  command->add_option("--seed", arguments->seed, "Textures and noise; the same seed gives the same bytes")
+      ->capture_default_str();
+  command->add_option("--until", arguments->until, "Stop after this many seconds")->check(CLI::PositiveNumber);
+  command->callback([arguments, exit_code] { *exit_code = Simulate(*arguments); });
+}
+
+}  // namespace planar_vslam

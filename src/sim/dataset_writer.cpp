@@ -1,0 +1,149 @@
+#include "planar_vslam/sim/dataset_writer.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <fstream>
+#include <opencv2/imgcodecs.hpp>
+
+#include "planar_vslam/sim/solids.h"
+#include "planar_vslam/sim/truth_grid.h"
+
+namespace planar_vslam {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kJpegQuality = 95;
+
+// The folder's text files, written line by line while the simulation runs.
+class Writer {
+ public:
+  explicit Writer(const fs::path& folder) : folder_(folder) {
+    images_ = Open("images.csv", "#t,file\n");
+    odometry_ = Open("odometry.csv", "#t,x,y,theta,vx,vy,wz\n");
+    scans_ = Open("scan.csv", "");
+    base_truth_ = Open("groundtruth_base.txt", "# t x y z qx qy qz qw (base_footprint in world)\n");
+    camera_truth_ = Open("groundtruth_camera.txt", "# t x y z qx qy qz qw (camera optical in world)\n");
+  }
+
+  void Write(const SimulatedEvent& event) {
+    event_ = &event;
+    std::visit(*this, event.measurement);
+  }
+  void operator()(const CameraFrame& frame) {
+    const std::string name = fmt::format("images/{:06d}.jpg", counts_.images++);
+    const std::string stamp = Stamp(frame.image.stamp);
+    images_ << stamp << ',' << name << '\n';
+    base_truth_ << stamp << ' ' << Pose(Embed3(event_->T_world_base)) << '\n';
+    camera_truth_ << stamp << ' ' << Pose(event_->T_world_camera) << '\n';
+    const GrayImage& image = frame.image.image;
+    if (!image.empty()) WriteJpeg(image, folder_ / name);
+  }
+  void operator()(const OdometryReading& reading) {
+    Eigen::Vector3d twist = Eigen::Vector3d::Zero();
+    if (counts_.odometry_readings++ > 0) {
+      twist = LogSe2(last_reading_.T_odom_base.Inverse() * reading.T_odom_base) /
+              SecondsBetween(last_reading_.stamp, reading.stamp);
+    }
+    const Rigid2& T = reading.T_odom_base;
+    odometry_ << fmt::format("{},{:.6f},{:.6f},{:.7f},{:.5f},{:.5f},{:.5f}\n", Stamp(reading.stamp), T.translation.x(),
+                             T.translation.y(), T.angle, twist.x(), twist.y(), twist.z());
+    last_reading_ = reading;
+  }
+  void operator()(const LaserFrame& frame) {
+    ++counts_.scans;
+    scans_ << Stamp(frame.scan.stamp);
+    for (const float range : frame.scan.ranges)
+      scans_ << (std::isfinite(range) ? fmt::format(",{:.4f}", range) : ",inf");
+    scans_ << '\n';
+  }
+
+  // Flushes; the first thing that went wrong.
+  Expected<DatasetCounts> Finish() {
+    for (auto* file : {&images_, &odometry_, &scans_, &base_truth_, &camera_truth_}) {
+      file->close();
+      if (!*file && failed_.empty()) failed_ = folder_ / "images.csv or one of its companions";
+    }
+    if (!failed_.empty()) return Error{failed_.string() + ": cannot be written"};
+    return counts_;
+  }
+
+ private:
+  static std::string Stamp(Timestamp stamp) { return fmt::format("{:.6f}", stamp.Seconds()); }
+  static std::string Pose(const Rigid3& T) {
+    const Eigen::Vector3d& t = T.translation;
+    const Eigen::Quaterniond& q = T.rotation;
+    return fmt::format("{:.6f} {:.6f} {:.6f} {:.9f} {:.9f} {:.9f} {:.9f}", t.x(), t.y(), t.z(), q.x(), q.y(), q.z(),
+                       q.w());
+  }
+  std::ofstream Open(const char* name, const char* header) const {
+    std::ofstream file(folder_ / name);
+    file << header;
+    return file;
+  }
+  void WriteJpeg(const GrayImage& image, const fs::path& path) {
+    // The header only lends the pixels; imencode does not write to them.
+    const cv::Mat pixels(image.height, image.width, CV_8U, const_cast<std::uint8_t*>(image.pixels->data()));
+    std::vector<unsigned char> bytes;
+    const bool encoded = cv::imencode(".jpg", pixels, bytes, {cv::IMWRITE_JPEG_QUALITY, kJpegQuality});
+    std::ofstream file(path, std::ios::binary);
+    file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    file.close();
+    if ((!encoded || !file) && failed_.empty()) failed_ = path;
+  }
+
+  fs::path folder_;
+  std::ofstream images_, odometry_, scans_, base_truth_, camera_truth_;
+  const SimulatedEvent* event_ = nullptr;
+  OdometryReading last_reading_;
+  DatasetCounts counts_;
+  fs::path failed_;  // first file that could not be written
+};
+
+std::string Transform(const Rigid3& T) {
+  const Eigen::Quaterniond& q = T.rotation;
+  return fmt::format("{{t: [{:.6f}, {:.6f}, {:.6f}], q_xyzw: [{:.9f}, {:.9f}, {:.9f}, {:.9f}]}}", T.translation.x(),
+                     T.translation.y(), T.translation.z(), q.x(), q.y(), q.z(), q.w());
+}
+
+Expected<bool> WriteCalibration(const World& world, const fs::path& path) {
+  const CameraModel& c = world.camera.model;
+  const LaserSpec& laser = world.laser;
+  std::ofstream file(path);
+  file << fmt::format(
+              "camera: {{width: {}, height: {}, fx: {}, fy: {}, cx: {}, cy: {}, k1: {}, k2: {}, p1: {}, p2: {}, model: "
+              "plumb_bob}}\n",
+              c.width, c.height, c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2)
+       << "T_base_camera: " << Transform(world.camera.T_base_camera())
+       << "\nT_base_laser: " << Transform(laser.T_base_laser())
+       << fmt::format("\nlaser: {{angle_min: {}, angle_increment: {}, beams: {}, range_max: {}}}\n", laser.angle_min(),
+                      laser.angle_increment(), laser.beams, laser.range_max);
+  file.close();
+  if (!file) return Error{path.string() + ": cannot be written"};
+  return true;
+}
+
+}  // namespace
+
+Expected<DatasetCounts> WriteDataset(Simulation& simulation, const fs::path& folder) {
+  std::error_code failure;
+  fs::create_directories(folder / "images", failure);
+  if (failure) return Error{fmt::format("{}: cannot be created: {}", folder.string(), failure.message())};
+  const World& world = simulation.world();
+  const Expected<bool> calibration = WriteCalibration(world, folder / "calibration.yaml");
+  if (!calibration) return calibration.error();
+  constexpr double kSlice = 1e-6;  // m, thickness of the laser's plane
+  const TruthGrid body = MakeTruthGrid(world, kBodyLow, kBodyHigh);
+  const TruthGrid laser = MakeTruthGrid(world, world.laser.height - kSlice, world.laser.height + kSlice);
+  for (const auto& [grid, name] :
+       {std::pair(&body, "groundtruth_grid.yaml"), std::pair(&laser, "groundtruth_grid_laser.yaml")}) {
+    const Expected<bool> written = WriteTruthGrid(*grid, folder / name);
+    if (!written) return written.error();
+  }
+  Writer writer(folder);
+  while (const std::optional<SimulatedEvent> event = simulation.Next()) writer.Write(*event);
+  return writer.Finish();
+}
+
+}  // namespace planar_vslam

@@ -1,0 +1,56 @@
+#pragma once
+// What a Scene is made of. Private to this module: the camera and the laser cast their rays here.
+#include <embree3/rtcore.h>
+
+#include <Eigen/Core>
+#include <array>
+#include <deque>
+#include <vector>
+
+#include "planar_vslam/sim/scene.h"
+#include "texture.h"
+
+namespace planar_vslam {
+
+// One flat textured face. A point p on it has coordinates u = (p - corner) . per_u and v likewise, 0 to 1 over the
+// face, u to the right and v down as seen from the lit side.
+struct Surface {
+  std::array<Eigen::Vector3f, 4> corners;  // world, m
+  Eigen::Vector3f corner, per_u, per_v, normal;
+  Eigen::Vector2f size;  // m, along u and v
+  const sim::Texture* texture = nullptr;
+  Eigen::Vector2f texel_offset, texels;  // texture coordinates: offset + (u, v) * texels
+  float texels_per_metre = 1.0f;
+  bool glowing = false;                   // shows its texture as it is, whatever the light
+  int light_columns = 0, light_rows = 0;  // nodes of its light map, at least 2 by 2
+  std::size_t light_offset = 0;           // of its first node
+};
+
+struct SceneImpl {
+  SceneImpl(const World& world, std::uint64_t seed);
+  ~SceneImpl();
+  SceneImpl(const SceneImpl&) = delete;
+  SceneImpl& operator=(const SceneImpl&) = delete;
+
+  // Grey level of the surface at a point, seen with a footprint of `footprint` metres.
+  float Grey(const Surface& surface, const Eigen::Vector3f& point, float footprint) const;
+
+  std::deque<sim::Texture> textures;  // a deque: surfaces point into it
+  std::vector<Surface> surfaces;      // solids first, then pictures; a ray's primitive is twice the index, or one more
+  std::size_t solid_count = 0;
+  std::vector<float> light;  // factors on the grey level at the nodes of all light maps
+  RTCDevice device = nullptr;
+  RTCScene solids = nullptr;      // what the laser meets and what casts shadows
+  RTCScene everything = nullptr;  // with the pictures on the walls
+};
+
+namespace sim {
+
+// The faces of a world with their textures: walls, objects, then pictures.
+void BuildSurfaces(const World& world, std::uint64_t seed, SceneImpl* scene);
+
+// Fills the light maps; needs `solids` ready for rays.
+void BakeLight(const World& world, SceneImpl* scene);
+
+}  // namespace sim
+}  // namespace planar_vslam

@@ -1,0 +1,207 @@
+// From a world to textured faces.
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <string>
+#include <tuple>
+
+#include "patterns.h"
+#include "planar_vslam/sim/random.h"
+#include "planar_vslam/sim/solids.h"
+#include "scene_impl.h"
+
+namespace planar_vslam::sim {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+// What the camera resolves at about 1.2 m with a focal length of 600 px.
+constexpr double kTexel = 0.002;             // m, of surface styles
+constexpr double kPictureTexel = 0.0016;     // m
+constexpr int kRoomTexture = 2048;           // px, repeats after 4.1 m
+constexpr int kObjectTexture = 512;          // px, repeats after 1.0 m
+constexpr int kLargestPicture = 1024;        // px
+constexpr double kPictureThickness = 0.002;  // m, how far pictures stand off the wall
+constexpr double kLightNode = 0.10;          // m between the nodes of a light map
+
+int PowerOfTwo(double at_least) {
+  int size = 32;
+  while (size < at_least && size < kLargestPicture) size *= 2;
+  return size;
+}
+
+class SurfaceBuilder {
+ public:
+  SurfaceBuilder(std::uint64_t seed, SceneImpl* scene) : seed_(MixSeed(seed, RandomStream::kTexture)), scene_(scene) {}
+
+  // The parallelogram from its upper left corner along `right` and `down`, as seen from the lit side.
+  Surface& Add(const Vector3d& corner, const Vector3d& right, const Vector3d& down, const TextureSpec& texture,
+               int repeat_px) {
+    Surface surface;
+    surface.corners = {corner.cast<float>(), (corner + right).cast<float>(), (corner + right + down).cast<float>(),
+                       (corner + down).cast<float>()};
+    surface.corner = corner.cast<float>();
+    surface.per_u = (right / right.squaredNorm()).cast<float>();
+    surface.per_v = (down / down.squaredNorm()).cast<float>();
+    surface.normal = down.cross(right).normalized().cast<float>();
+    surface.size = Vector2d(right.norm(), down.norm()).cast<float>();
+    surface.light_columns = std::max(2, 1 + static_cast<int>(std::ceil(right.norm() / kLightNode)));
+    surface.light_rows = std::max(2, 1 + static_cast<int>(std::ceil(down.norm() / kLightNode)));
+    ApplyTexture(texture, repeat_px, &surface);
+    scene_->surfaces.push_back(surface);
+    return scene_->surfaces.back();
+  }
+
+ private:
+  void ApplyTexture(const TextureSpec& spec, int repeat_px, Surface* surface) {
+    const std::uint64_t own_seed = MixSeed(seed_, scene_->surfaces.size());
+    const std::vector<std::string>& pictures = PictureStyles();
+    if (std::find(pictures.begin(), pictures.end(), spec.style) != pictures.end()) {
+      const double width = surface->size.x(), height = surface->size.y();
+      const cv::Size size(PowerOfTwo(width / kPictureTexel), PowerOfTwo(height / kPictureTexel));
+      scene_->textures.emplace_back(DrawPicture(spec.style, size, width, height, own_seed), TextureEdge::kClamp);
+      surface->texture = &scene_->textures.back();
+      surface->texel_offset.setZero();
+      surface->texels = Eigen::Vector2f(static_cast<float>(size.width), static_cast<float>(size.height));
+      surface->texels_per_metre = static_cast<float>(std::max(size.width / width, size.height / height));
+      return;
+    }
+    surface->texture = Repeating(spec, repeat_px);
+    surface->texels_per_metre = static_cast<float>(1.0 / kTexel);
+    surface->texels = surface->size * surface->texels_per_metre;
+    // Another cut-out of the pattern for every face.
+    surface->texel_offset =
+        Eigen::Vector2f(static_cast<float>(own_seed & 1023), static_cast<float>((own_seed >> 10) & 1023));
+  }
+
+  const Texture* Repeating(const TextureSpec& spec, int pixels) {
+    const auto key = std::make_tuple(spec.style, spec.shade, pixels);
+    const auto found = repeating_.find(key);
+    if (found != repeating_.end()) return found->second;
+    const std::uint64_t seed = MixSeed(~seed_, repeating_.size());
+    scene_->textures.emplace_back(DrawSurface(spec.style, spec.shade, pixels, pixels * kTexel, seed),
+                                  TextureEdge::kRepeat);
+    return repeating_[key] = &scene_->textures.back();
+  }
+
+  std::uint64_t seed_;
+  SceneImpl* scene_;
+  std::map<std::tuple<std::string, int, int>, const Texture*> repeating_;
+};
+
+// A wall's foot from left to right as seen from inside, `length` m long.
+struct WallLine {
+  Vector3d left;
+  Vector3d right;  // unit
+  Vector3d inward;
+  double length;
+};
+
+WallLine LineOf(Wall wall, const Vector3d& room) {
+  const Vector3d x = Vector3d::UnitX(), y = Vector3d::UnitY();
+  switch (wall) {
+    case Wall::kSouth:
+      return {{room.x(), 0, 0}, -x, y, room.x()};
+    case Wall::kEast:
+      return {{room.x(), room.y(), 0}, -y, -x, room.y()};
+    case Wall::kNorth:
+      return {{0, room.y(), 0}, x, -y, room.x()};
+    case Wall::kWest:
+      break;
+  }
+  return {{0, 0, 0}, y, x, room.y()};
+}
+
+constexpr Wall kWalls[] = {Wall::kSouth, Wall::kEast, Wall::kNorth, Wall::kWest};
+
+void AddRoom(const RoomSpec& room, SurfaceBuilder& builder) {
+  const Vector3d& s = room.size;
+  builder.Add({0, s.y(), 0}, {s.x(), 0, 0}, {0, -s.y(), 0}, room.floor, kRoomTexture);
+  builder.Add({0, 0, s.z()}, {s.x(), 0, 0}, {0, s.y(), 0}, room.ceiling, kRoomTexture);
+  for (const Wall wall : kWalls) {
+    const WallLine line = LineOf(wall, s);
+    builder.Add(line.left + s.z() * Vector3d::UnitZ(), line.length * line.right, -s.z() * Vector3d::UnitZ(), room.walls,
+                kRoomTexture);
+  }
+}
+
+void AddPrism(const Prism& prism, SurfaceBuilder& builder) {
+  const auto at = [](const Vector2d& p, double z) { return Vector3d(p.x(), p.y(), z); };
+  const std::vector<Vector2d>& foot = prism.footprint;
+  const double height = prism.top - prism.bottom;
+  for (std::size_t i = 0; i < foot.size(); ++i) {
+    const Vector2d& next = foot[(i + 1) % foot.size()];
+    builder.Add(at(foot[i], prism.top), at(next, 0) - at(foot[i], 0), {0, 0, -height}, prism.texture, kObjectTexture);
+  }
+  if (foot.size() == 4) {
+    builder.Add(at(foot[3], prism.top), at(foot[2], 0) - at(foot[3], 0), at(foot[0], 0) - at(foot[3], 0), prism.texture,
+                kObjectTexture);
+    builder.Add(at(foot[0], prism.bottom), at(foot[1], 0) - at(foot[0], 0), at(foot[3], 0) - at(foot[0], 0),
+                prism.texture, kObjectTexture);
+    return;
+  }
+  // The cap in slices: opposite edges of the (even) polygon pair up. Their frame is the polygon's bounding square.
+  const auto cap = [&](double z) {
+    Vector2d low = foot[0], high = foot[0];
+    for (const Vector2d& p : foot) low = low.cwiseMin(p), high = high.cwiseMax(p);
+    const Vector2d extent = high - low;
+    for (std::size_t i = 0; i + 1 < foot.size() / 2; ++i) {
+      Surface& slice = builder.Add(at({low.x(), high.y()}, z), {extent.x(), 0, 0}, {0, -extent.y(), 0},
+                                   TextureSpec{"plain"}, kObjectTexture);
+      const std::size_t last = foot.size() - 1;
+      slice.corners = {at(foot[i], z).cast<float>(), at(foot[i + 1], z).cast<float>(),
+                       at(foot[last - i - 1], z).cast<float>(), at(foot[last - i], z).cast<float>()};
+    }
+  };
+  cap(prism.top);
+}
+
+// The board along the walls' foot, posters and lamps: seen, but neither solid nor casting shadows.
+void AddPictures(const World& world, SurfaceBuilder& builder) {
+  const Vector3d up = Vector3d::UnitZ();
+  if (world.room.skirting > 0.0) {
+    for (const Wall wall : kWalls) {
+      const WallLine line = LineOf(wall, world.room.size);
+      const Vector3d corner = line.left + kPictureThickness * line.inward + world.room.skirting * up;
+      builder.Add(corner, line.length * line.right, -world.room.skirting * up, TextureSpec{"wood", 75}, kObjectTexture);
+    }
+  }
+  // Later posters hang over earlier ones.
+  double stand_off = 2.0 * kPictureThickness;
+  for (const PosterSpec& poster : world.posters) {
+    const WallLine line = LineOf(poster.wall, world.room.size);
+    const bool rightwards = line.right.sum() > 0.0;  // whether `along` grows to the right
+    const double middle = rightwards ? poster.along : line.length - poster.along;
+    const Vector3d corner = line.left + (middle - 0.5 * poster.size.x()) * line.right + stand_off * line.inward +
+                            (poster.height + 0.5 * poster.size.y()) * up;
+    Surface& surface =
+        builder.Add(corner, poster.size.x() * line.right, -poster.size.y() * up, poster.texture, kObjectTexture);
+    surface.glowing = poster.texture.style == "window";
+    stand_off += 1e-4;
+  }
+  for (const LampSpec& lamp : world.lamps) {
+    const Vector3d corner(lamp.at.x() - 0.5 * lamp.size.x(), lamp.at.y() - 0.5 * lamp.size.y(),
+                          world.room.size.z() - kPictureThickness);
+    Surface& surface =
+        builder.Add(corner, {lamp.size.x(), 0, 0}, {0, lamp.size.y(), 0}, TextureSpec{"plain", 252}, kObjectTexture);
+    surface.glowing = true;
+  }
+}
+
+}  // namespace
+
+void BuildSurfaces(const World& world, std::uint64_t seed, SceneImpl* scene) {
+  SurfaceBuilder builder(seed, scene);
+  AddRoom(world.room, builder);
+  for (const Prism& prism : MakeSolids(world.objects)) AddPrism(prism, builder);
+  scene->solid_count = scene->surfaces.size();
+  AddPictures(world, builder);
+  for (Surface& surface : scene->surfaces) {
+    surface.light_offset = scene->light.size();
+    scene->light.resize(scene->light.size() + static_cast<std::size_t>(surface.light_columns * surface.light_rows),
+                        1.0f);
+  }
+}
+
+}  // namespace planar_vslam::sim

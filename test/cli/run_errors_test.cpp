@@ -1,0 +1,142 @@
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <fstream>
+#include <string>
+
+#include "support/support.h"
+
+namespace planar_vslam {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Outcome {
+  int exit_code = -1;
+  std::string errors;  // stderr
+};
+
+// Runs the executable with arguments as one would type them.
+Outcome RunCommand(const std::string& arguments) {
+  const std::string command = std::string("'") + PV_EXECUTABLE + "' " + arguments + " 2>&1 >/dev/null";
+  Outcome outcome;
+  FILE* pipe = popen(command.c_str(), "r");
+  if (pipe == nullptr) return outcome;
+  std::array<char, 256> buffer{};
+  while (fgets(buffer.data(), buffer.size(), pipe) != nullptr) outcome.errors += buffer.data();
+  const int status = pclose(pipe);
+  outcome.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  return outcome;
+}
+
+void ExpectBadInput(const std::string& arguments, const std::vector<std::string>& named) {
+  const Outcome outcome = RunCommand(arguments);
+  EXPECT_EQ(outcome.exit_code, 2) << arguments << "\n" << outcome.errors;
+  EXPECT_EQ(std::count(outcome.errors.begin(), outcome.errors.end(), '\n'), 1) << arguments << "\n" << outcome.errors;
+  for (const std::string& word : named) {
+    EXPECT_NE(outcome.errors.find(word), std::string::npos) << "'" << word << "' not in: " << outcome.errors;
+  }
+}
+
+class RunErrorsTest : public ::testing::Test {
+ protected:
+  // A recording of two grey images, without odometry.
+  RunErrorsTest() : input_((folder_.path() / "drive").string()), out_((folder_.path() / "out").string()) {
+    fs::create_directories(input_);
+    Write("drive/calibration.yaml",
+          "camera: {width: 64, height: 48, fx: 60, fy: 60, cx: 32, cy: 24}\n");
+    Write("drive/images.csv", "1.0,a.pgm\n2.0,b.pgm\n");
+    for (const char* name : {"drive/a.pgm", "drive/b.pgm"}) Write(name, "P5\n64 48\n255\n" + std::string(64 * 48, 'x'));
+  }
+  std::string Write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_.path() / name) << text;
+    return (folder_.path() / name).string();
+  }
+  std::string Run(const std::string& more) const { return "run " + input_ + " --out " + out_ + " " + more; }
+
+  test::TemporaryFolder folder_;
+  std::string input_, out_;
+};
+
+TEST_F(RunErrorsTest, TheRecordingItselfIsFine) {
+  const Outcome outcome = RunCommand(Run("--quiet"));
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.errors;
+  EXPECT_TRUE(fs::exists(out_));
+}
+
+TEST_F(RunErrorsTest, NamesAMissingInput) {
+  ExpectBadInput("run /nowhere/drive.bag --out " + out_, {"/nowhere/drive.bag"});
+  EXPECT_FALSE(fs::exists(out_)) << "nothing is written for input that cannot be read";
+}
+
+TEST_F(RunErrorsTest, NamesAFolderThatIsNoRecording) {
+  fs::create_directories(folder_.path() / "empty");
+  ExpectBadInput("run " + (folder_.path() / "empty").string() + " --out " + out_, {"empty", "images.csv"});
+}
+
+TEST_F(RunErrorsTest, NamesAFileThatIsNoBag) {
+  const std::string file = Write("notes.bag", "not a bag\n");
+  ExpectBadInput("run " + file + " --out " + out_, {"notes.bag"});
+}
+
+TEST_F(RunErrorsTest, NamesAnUnknownKeyOfSet) {
+  ExpectBadInput(Run("--set tracker.min_inlier=3"), {"--set", "tracker.min_inlier"});
+  ExpectBadInput(Run("--set tracker.min_inliers"), {"tracker.min_inliers", "key=value"});
+  ExpectBadInput(Run("--set tracker.min_inliers=few"), {"tracker.min_inliers", "few"});
+}
+
+TEST_F(RunErrorsTest, NamesAValueOutOfRange) {
+  ExpectBadInput(Run("--set mapper.window=0"), {"mapper", "window"});
+}
+
+TEST_F(RunErrorsTest, NamesAMisspeltKeyOfAConfiguration) {
+  const std::string config = Write("my.yaml", "tracker:\n  min_inliners: 30\n");
+  ExpectBadInput(Run("--config " + config), {config, "tracker.min_inliners"});
+}
+
+TEST_F(RunErrorsTest, NamesTheLineOfBadYaml) {
+  const std::string config = Write("bad.yaml", "tracker: {min_inliers: 30\norb: [\n");
+  ExpectBadInput(Run("--config " + config), {config + ":", "YAML"});
+}
+
+TEST_F(RunErrorsTest, NamesAMissingConfiguration) {
+  ExpectBadInput(Run("--config /nowhere/my.yaml"), {"/nowhere/my.yaml"});
+}
+
+TEST_F(RunErrorsTest, SaysThatOdometryIsRequired) {
+  ExpectBadInput(Run("--set odometry=required"), {input_, "odometry"});
+}
+
+TEST_F(RunErrorsTest, NamesAMissingOdometryFile) {
+  ExpectBadInput(Run("--odometry /nowhere/odometry.csv"), {"/nowhere/odometry.csv"});
+}
+
+TEST_F(RunErrorsTest, NamesAnOutputFolderThatCannotBeCreated) {
+  const std::string blocked = Write("file", "in the way") + "/out";
+  ExpectBadInput("run " + input_ + " --out " + blocked, {blocked});
+}
+
+TEST_F(RunErrorsTest, NamesBadArguments) {
+  ExpectBadInput("run " + input_, {"--out"});
+  ExpectBadInput("run --out " + out_, {"input"});
+  ExpectBadInput(Run("--rate -2"), {"--rate"});
+  ExpectBadInput(Run("--fast"), {"--fast"});
+}
+
+TEST(CommandErrors, NameAnUnknownCommand) { ExpectBadInput("fly", {"fly", "--help"}); }
+
+TEST(CommandErrors, AskForACommand) { ExpectBadInput("", {"command", "--help"}); }
+
+TEST(CommandErrors, HelpIsNoError) {
+  for (const char* arguments : {"--help", "run --help"}) {
+    const Outcome outcome = RunCommand(arguments);
+    EXPECT_EQ(outcome.exit_code, 0) << arguments;
+    EXPECT_EQ(outcome.errors, "") << arguments;
+  }
+}
+
+}  // namespace
+}  // namespace planar_vslam
