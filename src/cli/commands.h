@@ -18,6 +18,7 @@ void AddRun(CLI::App& app, int* exit_code);
 void AddEvaluate(CLI::App& app, int* exit_code);
 void AddGridScore(CLI::App& app, int* exit_code);
 void AddSimulate(CLI::App& app, int* exit_code);
+void AddMap(CLI::App& app, int* exit_code);
 
 // "planar_vslam: message" as one line on stderr; returns `exit_code`.
 int Fail(int exit_code, const std::string& message);

@@ -24,6 +24,7 @@ int Main(int argc, char** argv) {
   AddEvaluate(app, &exit_code);
   AddGridScore(app, &exit_code);
   AddSimulate(app, &exit_code);
+  AddMap(app, &exit_code);
   app.require_subcommand(0, 1);  // an unknown command is then named as unexpected, not reported as a missing one
   try {
     app.parse(argc, argv);

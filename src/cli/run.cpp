@@ -7,6 +7,7 @@
 
 #include "commands.h"
 #include "planar_vslam/io/run_session.h"
+#include "planar_vslam/map/map_file.h"
 
 namespace planar_vslam {
 namespace {
@@ -14,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct RunArguments {
-  fs::path input, out, config, odometry;
+  fs::path input, out, config, odometry, save_map;
   std::vector<std::string> assignments;
   bool deterministic = false, quiet = false;
   double rate = 0.0, until = 0.0;
@@ -83,11 +84,31 @@ void PrintSummary(const SlamSystem& system, const RunResult& result, const fs::p
   fmt::print("{:.1f} s of recording in {:.1f} s; results in {}\n", result.recorded_seconds, result.wall_seconds, out.string());
 }
 
+// Asked before a long run rather than after it.
+Expected<bool> PrepareSaving(const fs::path& path) {
+  std::error_code failed;
+  if (fs::is_directory(path, failed)) return Error{path.string() + ": a folder, expected a file name for --save-map"};
+  if (path.has_parent_path()) fs::create_directories(path.parent_path(), failed);
+  if (failed && !fs::is_directory(path.parent_path())) {
+    return Error{fmt::format("{}: folder cannot be created: {}", path.string(), failed.message())};
+  }
+  return true;
+}
+
+Expected<bool> SaveFinalMap(const SlamSystem& system, const CameraModel& camera, const fs::path& path) {
+  if (system.map() == nullptr) return Error{path.string() + ": not saved, expected a map but none was initialised"};
+  return SaveMap(*system.map(), camera, path);
+}
+
 int Run(const RunArguments& arguments) {
   Expected<PipelineOptions> options = ReadOptions(arguments);
   if (!options.ok()) return Fail(kExitBadInput, options.error().message);
   Expected<std::unique_ptr<Recording>> recording = OpenRecording(arguments.input, ToRecordingOptions(*options, arguments));
   if (!recording.ok()) return Fail(kExitBadInput, recording.error().message);
+  if (!arguments.save_map.empty()) {
+    const Expected<bool> prepared = PrepareSaving(arguments.save_map);
+    if (!prepared.ok()) return Fail(kExitBadInput, prepared.error().message);
+  }
   const RecordingInfo& info = (*recording)->info();
   const bool use_odometry = info.has_odometry && options->odometry != OdometryUse::kOff;
   if (options->initializer.mode == InitializationMode::kOdometry && !use_odometry) {
@@ -106,6 +127,10 @@ int Run(const RunArguments& arguments) {
   const Expected<bool> written = WriteRunOutputs(arguments.out, system, *result, *options, info.camera, arguments.deterministic);
   if (!written.ok()) return Fail(kExitFailure, written.error().message);
   if (!arguments.quiet) PrintSummary(system, *result, arguments.out);
+  if (!arguments.save_map.empty()) {
+    const Expected<bool> saved = SaveFinalMap(system, info.camera, arguments.save_map);
+    if (!saved.ok()) return Fail(kExitFailure, saved.error().message);
+  }
   return kExitSuccess;
 }
 
@@ -116,6 +141,7 @@ void AddRun(CLI::App& app, int* exit_code) {
   CLI::App* command = app.add_subcommand("run", "Process a rosbag or a dataset folder into trajectory, map and costmap");
   command->add_option("input", arguments->input, "rosbag (v2), or folder in the shared, TUM-RGBD or KITTI layout")->required();
   command->add_option("--out", arguments->out, "Folder for the results")->required();
+  command->add_option("--save-map", arguments->save_map, "Save the map here too, beside DIR/map.pvm");
   command->add_option("--config", arguments->config, "YAML configuration");
   command->add_option("--set", arguments->assignments, "Override one configuration value: key=value")->allow_extra_args(false);
   command->add_option("--odometry", arguments->odometry, "Dataset folders: another odometry file");

@@ -7,6 +7,7 @@
 
 #include "planar_vslam/io/run_session.h"
 #include "planar_vslam/io/trajectory.h"
+#include "planar_vslam/map/map_file.h"
 #include "planar_vslam/pipeline/navigation_map.h"
 
 namespace planar_vslam {
@@ -118,6 +119,7 @@ Json ReportJson(const SlamSystem& system, const RunResult& result, const Pipelin
 
 Expected<bool> WriteMaps(const fs::path& folder, const SlamSystem& system, const PipelineOptions& options, const CameraModel& camera) {
   const Map& map = *system.map();
+  if (Expected<bool> done = SaveMap(map, camera, folder / "map.pvm"); !done.ok()) return done;
   if (Expected<bool> done = WritePcd(LandmarkCloud(map), folder / "points.pcd"); !done.ok()) return done;
   if (!map.metric) return true;
   const MapBuilder builder = BuildNavigationMap(map, system.trajectory(), system.scans(), camera, options.mapping2d, LandmarkAcceptance{});

@@ -51,7 +51,9 @@ FramePacket Synchronizer::Assemble(CameraFrame frame) {
     }
     scans_.pop_front();
   }
-  if (packet.T_odom_base.has_value()) odometry_.DropBefore(scans_.empty() ? stamp : std::min(stamp, scans_.front().scan.stamp));
+  // A scan may arrive after a newer image has passed: odometry is kept long enough to place it.
+  constexpr std::int64_t kScanLatency = 1'000'000'000;  // ns
+  if (packet.T_odom_base.has_value()) odometry_.DropBefore(Timestamp{stamp.nanoseconds - kScanLatency});
   last_packet_ = stamp;
   return packet;
 }

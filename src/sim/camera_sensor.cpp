@@ -120,6 +120,16 @@ std::vector<std::size_t> FindEdges(const CameraModel& model, const std::vector<s
   return edges;
 }
 
+// Every pixel's samples sit a little elsewhere, up to half their spacing, so that rounding to quarters of a pixel
+// averages out along an edge instead of moving all of it.
+Eigen::Vector2f RookShift(std::size_t pixel) {
+  const std::uint64_t bits = MixSeed(0, pixel);
+  const auto shift = [](std::uint64_t byte) {
+    return (static_cast<float>(byte & 255) - 127.5f) / 256.0f / kEdgeSamples;
+  };
+  return {shift(bits), shift(bits >> 8)};
+}
+
 // Gives pixels on edges the mean of several rays.
 void SmoothEdges(const CameraModel& model, const RayTable& rays, PacketCaster& caster, Picture* picture) {
   constexpr std::size_t kPixels = kPacket / kEdgeSamples;  // in a packet
@@ -132,7 +142,10 @@ void SmoothEdges(const CameraModel& model, const RayTable& rays, PacketCaster& c
       const int column = static_cast<int>(edges[i] % width), row = static_cast<int>(edges[i] / width);
       const Vector3f ray = rays.At(column, row);
       const Vector3f step_x = rays.At(column + 1, row) - ray, step_y = rays.At(column, row + 1) - ray;
-      for (const auto& [x, y] : kRooks) caster.SetRay(filled++, (ray + x * step_x + y * step_y).normalized());
+      const Eigen::Vector2f shift = RookShift(edges[i]);
+      for (const auto& [x, y] : kRooks) {
+        caster.SetRay(filled++, (ray + (x + shift.x()) * step_x + (y + shift.y()) * step_y).normalized());
+      }
     }
     caster.Cast(filled);
     for (std::size_t i = first; i < last; ++i) {

@@ -104,13 +104,19 @@ class Follower {
   static constexpr double kTurnInPlace = 70.0 * M_PI / 180.0;  // rad off the way: turn only
   static constexpr double kTurnGain = 1.8;                     // 1/s
   static constexpr double kGentle = 0.7;                       // share of the deceleration planned for stopping
-  static constexpr double kAlongStep = 0.002;                  // m
+  static constexpr double kAlongStep = 0.005;                  // m
+  static constexpr double kWindow = 0.60;                      // m
 
-  // The nearest place on the line, never backwards and never far ahead: lines may cross themselves.
+  // The nearest place on the line, never backwards and never far ahead: lines may cross themselves. All of the window
+  // counts: inside a corner the near leg is a local minimum.
   void AdvanceAlong() {
     const auto distance = [this](double s) { return (line_.At(s) - pose_.translation).squaredNorm(); };
-    while (along_ < line_.length() && distance(along_ + kAlongStep) <= distance(along_)) along_ += kAlongStep;
-    along_ = std::min(along_, line_.length());
+    const double end = std::min(along_ + kWindow, line_.length());
+    double nearest = along_;
+    for (double s = along_; s <= end; s += kAlongStep) {
+      if (distance(s) <= distance(nearest)) nearest = s;
+    }
+    along_ = distance(line_.length()) < distance(nearest) && end == line_.length() ? end : nearest;
   }
   static void Approach(double wanted, double acceleration, double* value) {
     const double step = acceleration * Drive::kStep;

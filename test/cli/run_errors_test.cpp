@@ -46,8 +46,7 @@ class RunErrorsTest : public ::testing::Test {
   // A recording of two grey images, without odometry.
   RunErrorsTest() : input_((folder_.path() / "drive").string()), out_((folder_.path() / "out").string()) {
     fs::create_directories(input_);
-    Write("drive/calibration.yaml",
-          "camera: {width: 64, height: 48, fx: 60, fy: 60, cx: 32, cy: 24}\n");
+    Write("drive/calibration.yaml", "camera: {width: 64, height: 48, fx: 60, fy: 60, cx: 32, cy: 24}\n");
     Write("drive/images.csv", "1.0,a.pgm\n2.0,b.pgm\n");
     for (const char* name : {"drive/a.pgm", "drive/b.pgm"}) Write(name, "P5\n64 48\n255\n" + std::string(64 * 48, 'x'));
   }
@@ -88,9 +87,7 @@ TEST_F(RunErrorsTest, NamesAnUnknownKeyOfSet) {
   ExpectBadInput(Run("--set tracker.min_inliers=few"), {"tracker.min_inliers", "few"});
 }
 
-TEST_F(RunErrorsTest, NamesAValueOutOfRange) {
-  ExpectBadInput(Run("--set mapper.window=0"), {"mapper", "window"});
-}
+TEST_F(RunErrorsTest, NamesAValueOutOfRange) { ExpectBadInput(Run("--set mapper.window=0"), {"mapper", "window"}); }
 
 TEST_F(RunErrorsTest, NamesAMisspeltKeyOfAConfiguration) {
   const std::string config = Write("my.yaml", "tracker:\n  min_inliners: 30\n");

@@ -25,7 +25,8 @@ class InitializerTest : public ::testing::Test {
     input.stamp = Timestamp::FromSeconds(0.1 * static_cast<double>(frame_));
     input.features = test::Observe(world_, T_map_base * world_.T_base_camera, pixel_noise, frame_).features;
     input.T_base_camera = world_.T_base_camera;
-    if (with_odometry && T_map_last_.has_value()) input.odometry = test::ExactOdometry(world_, *T_map_last_, T_map_base);
+    if (with_odometry && T_map_last_.has_value())
+      input.odometry = test::ExactOdometry(world_, *T_map_last_, T_map_base);
     T_map_last_ = T_map_base;
     return input;
   }
@@ -71,10 +72,12 @@ TEST_F(InitializerTest, OdometryMakesAMetricMapOfTheFirstPairWithABaseline) {
   const Keyframe &first = map.keyframes.At(KeyframeId{0}), &second = map.keyframes.At(KeyframeId{1});
   EXPECT_LT(LogSe3(first.T_map_base).norm(), 1e-12) << "the first base pose is the origin";
   const Rigid3 T_first_second = T_map_first.Inverse() * *T_map_last_;
-  EXPECT_LT((second.T_map_base.translation - T_first_second.translation).norm(), 0.05 * T_first_second.translation.norm());
+  EXPECT_LT((second.T_map_base.translation - T_first_second.translation).norm(),
+            0.05 * T_first_second.translation.norm());
   ASSERT_TRUE(second.odometry_link.has_value());
   EXPECT_EQ(second.odometry_link->from, KeyframeId{0});
-  EXPECT_LT((second.odometry_link->odometry.T_i_j.translation - ProjectToPlane(T_first_second).translation).norm(), 1e-9);
+  EXPECT_LT((second.odometry_link->odometry.T_i_j.translation - ProjectToPlane(T_first_second).translation).norm(),
+            1e-9);
   std::vector<double> errors;
   for (const auto& [id, landmark] : map.landmarks) {
     const Eigen::Vector3d truth = T_map_first.Inverse() * Truth(landmark);

@@ -50,7 +50,8 @@ TEST_F(ProjectionSearchTest, FindsTheRightKeypointsFromASlightlyWrongPose) {
 }
 
 TEST_F(ProjectionSearchTest, FindsNothingWhereThePoseIsFarOff) {
-  const FrameMatches matches = Search(T_map_camera_ * Rigid3(ExpSo3(Eigen::Vector3d(0.0, 0.2, 0.0)), Eigen::Vector3d::Zero()));
+  const FrameMatches matches =
+      Search(T_map_camera_ * Rigid3(ExpSo3(Eigen::Vector3d(0.0, 0.2, 0.0)), Eigen::Vector3d::Zero()));
   EXPECT_LT(matches.count, 5);
 }
 
@@ -131,7 +132,8 @@ TEST_F(ProjectionSearchTest, NearbyKeyframesAreNearestFirstWithinDistanceAndAngl
   EXPECT_EQ(near[1], KeyframeId{3});
   EXPECT_EQ(near[2], KeyframeId{1});
   EXPECT_EQ(NearbyKeyframes(world_.map, T_map_camera_, 0.38, DegreesToRadians(30.0), 2).size(), 2U);
-  const Rigid3 looking_right = T_map_camera_ * Rigid3(ExpSo3(Eigen::Vector3d(0.0, M_PI / 2.0, 0.0)), Eigen::Vector3d::Zero());
+  const Rigid3 looking_right =
+      T_map_camera_ * Rigid3(ExpSo3(Eigen::Vector3d(0.0, M_PI / 2.0, 0.0)), Eigen::Vector3d::Zero());
   EXPECT_TRUE(NearbyKeyframes(world_.map, looking_right, 0.38, DegreesToRadians(30.0), 10).empty());
 }
 
@@ -139,7 +141,8 @@ TEST_F(ProjectionSearchTest, VotedKeyframesSeeMostOfTheLandmarks) {
   const std::vector<LandmarkId>& of_last = world_.map.keyframes.At(KeyframeId{7}).landmarks;
   const auto votes = [&](KeyframeId keyframe) {
     const std::vector<LandmarkId> theirs = LandmarksOf(world_.map, {keyframe});
-    return std::count_if(of_last.begin(), of_last.end(), [&theirs](LandmarkId id) { return std::binary_search(theirs.begin(), theirs.end(), id); });
+    return std::count_if(of_last.begin(), of_last.end(),
+                         [&theirs](LandmarkId id) { return std::binary_search(theirs.begin(), theirs.end(), id); });
   };
   const std::vector<KeyframeId> voted = VotedKeyframes(world_.map, of_last, 5);
   ASSERT_EQ(voted.size(), 5U);

@@ -33,7 +33,8 @@ TEST(RelocalizeAgainst, SurvivesAFifthOfWrongMatches) {
   const Rigid3 T_map_camera = test::SyntheticPose(1.1) * world.T_base_camera;
   const test::SyntheticView view = test::Observe(world, T_map_camera, 0.3, 3);
   FrameFeatures features = *view.features;
-  for (std::size_t i = 5; i < features.descriptors.size(); i += 5) std::swap(features.descriptors[i], features.descriptors[i - 5]);
+  for (std::size_t i = 5; i < features.descriptors.size(); i += 5)
+    std::swap(features.descriptors[i], features.descriptors[i - 5]);
   const auto hypothesis = RelocalizeAgainst(world.map, kKeyframe, features, world.camera, {});
   ASSERT_TRUE(hypothesis.has_value());
   EXPECT_LT(LogSe3(T_map_camera.Inverse() * hypothesis->T_map_camera).norm(), 0.06);

@@ -27,7 +27,9 @@ class TrackerTest : public ::testing::Test {
     TrackInput input;
     input.stamp = Timestamp::FromSeconds(0.1 * static_cast<double>(++frame_));
     input.T_base_camera = world_.T_base_camera;
-    input.features = with_features ? test::Observe(world_, test::SyntheticPose(x) * world_.T_base_camera, 0.5, static_cast<std::uint32_t>(frame_)).features
+    input.features = with_features ? test::Observe(world_, test::SyntheticPose(x) * world_.T_base_camera, 0.5,
+                                                   static_cast<std::uint32_t>(frame_))
+                                         .features
                                    : std::make_shared<const FrameFeatures>();
     return input;
   }
@@ -38,7 +40,9 @@ class TrackerTest : public ::testing::Test {
     x_ = x;
     return tracker_.Track(input, map_);
   }
-  TrackResult TrackWithoutOdometry(double x, bool with_features = true) { return tracker_.Track(Input(x, with_features), map_); }
+  TrackResult TrackWithoutOdometry(double x, bool with_features = true) {
+    return tracker_.Track(Input(x, with_features), map_);
+  }
   // The frame `x` metres down the path after odometry that claims `slip` (in the base frame) on top of the true motion.
   TrackResult TrackAfterSlip(double x, const Rigid2& slip) {
     TrackInput input = Input(x);
@@ -86,7 +90,8 @@ TEST_F(TrackerTest, FollowsWhileTheCameraTurnsOnTheRobot) {
   for (int i = 1; i <= 8; ++i) {
     x_ = kFrameStep * i;
     TrackInput input = Input(x_);
-    input.T_base_camera.rotation = input.T_base_camera.rotation * ExpSo3(Eigen::Vector3d(0.0, DegreesToRadians(1.5 * i), 0.0));
+    input.T_base_camera.rotation =
+        input.T_base_camera.rotation * ExpSo3(Eigen::Vector3d(0.0, DegreesToRadians(1.5 * i), 0.0));
     input.features = test::Observe(world_, test::SyntheticPose(x_) * input.T_base_camera, 0.5, 1).features;
     input.odometry = test::ExactOdometry(world_, test::SyntheticPose(x_ - kFrameStep), test::SyntheticPose(x_));
     const TrackResult result = tracker_.Track(input, map_);
@@ -100,7 +105,8 @@ TEST_F(TrackerTest, GivesTheSameBitsEveryTime) {
   other.Start(map_, KeyframeId{0});
   for (int i = 1; i <= 5; ++i) {
     TrackInput input = Input(kFrameStep * i);
-    input.odometry = test::ExactOdometry(world_, test::SyntheticPose(kFrameStep * (i - 1)), test::SyntheticPose(kFrameStep * i));
+    input.odometry =
+        test::ExactOdometry(world_, test::SyntheticPose(kFrameStep * (i - 1)), test::SyntheticPose(kFrameStep * i));
     const TrackResult a = tracker_.Track(input, map_), b = other.Track(input, map_);
     EXPECT_EQ(a.T_map_base.translation, b.T_map_base.translation);
     EXPECT_EQ(a.T_map_base.rotation.coeffs(), b.T_map_base.rotation.coeffs());
@@ -171,7 +177,8 @@ INSTANTIATE_TEST_SUITE_P(Slips, TrackerSlipTest,
 
 TEST_F(TrackerTest, ContinuesWhenTheMapIsScaled) {
   map_.metric = false;
-  for (double x = kFrameStep; x < 0.42; x += kFrameStep) ASSERT_EQ(TrackWithoutOdometry(x).status, TrackStatus::kTracking);
+  for (double x = kFrameStep; x < 0.42; x += kFrameStep)
+    ASSERT_EQ(TrackWithoutOdometry(x).status, TrackStatus::kTracking);
   const double scale = 2.0;
   map_ = Apply(map_, {TransformMap{scale, Rigid3()}});
   tracker_.OnMapScaled(map_, scale);

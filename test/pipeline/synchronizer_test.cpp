@@ -57,7 +57,8 @@ TEST(Synchronizer, OdometryOfPacketsJoinsUpWithoutGaps) {
     for (const OdometryReading& reading : packet->odometry) {
       EXPECT_NEAR(reading.T_odom_base.translation.x(), reading.stamp.Seconds(), 1e-9);
     }
-    for (std::size_t i = 1; i < packet->odometry.size(); ++i) EXPECT_LT(packet->odometry[i - 1].stamp, packet->odometry[i].stamp);
+    for (std::size_t i = 1; i < packet->odometry.size(); ++i)
+      EXPECT_LT(packet->odometry[i - 1].stamp, packet->odometry[i].stamp);
     previous = packet;
   }
   EXPECT_EQ(packets, 4);
@@ -111,6 +112,19 @@ TEST(Synchronizer, ScansArePosedRelativeToTheFrame) {
   EXPECT_NEAR(second->scans[1].T_frame_base.translation.x(), -0.25, 1e-9);
   EXPECT_NEAR(third->scans[0].T_frame_base.translation.x(), -0.5, 1e-9);
   EXPECT_NEAR(second->scans[0].T_base_laser.translation.x(), 0.3, 1e-12);
+}
+
+TEST(Synchronizer, PlacesAScanThatArrivesAfterANewerImageHasPassed) {
+  Synchronizer synchronizer(true);
+  for (int i = 0; i <= 10; ++i) synchronizer.Push(Odometry(0.1 * i));
+  synchronizer.Push(Image(0.5));
+  ASSERT_TRUE(synchronizer.Pop().has_value());
+  synchronizer.Push(Scan(0.35));
+  synchronizer.Push(Image(0.9));
+  const auto packet = synchronizer.Pop();
+  ASSERT_EQ(packet->scans.size(), 1U);
+  EXPECT_NEAR(packet->scans[0].T_frame_base.translation.x(), -0.55, 1e-9);
+  EXPECT_TRUE(synchronizer.dropped().empty());
 }
 
 TEST(Synchronizer, CountsScansOdometryDoesNotCover) {

@@ -16,7 +16,8 @@ class TrajectoryRecorderTest : public ::testing::Test {
       const double x = 0.05 * i + 0.01;
       const KeyframeId reference{static_cast<std::uint32_t>(x / 0.25)};
       const Rigid3 pose = test::SyntheticPose(x);
-      recorder_.Add({Timestamp::FromSeconds(0.1 * i), reference, world_.true_poses[reference.value].Inverse() * pose, world_.T_base_camera});
+      recorder_.Add({Timestamp::FromSeconds(0.1 * i), reference, world_.true_poses[reference.value].Inverse() * pose,
+                     world_.T_base_camera});
       truth_.push_back(pose);
     }
   }
@@ -34,7 +35,8 @@ class TrajectoryRecorderTest : public ::testing::Test {
     map_ = Apply(std::move(map_), {EraseKeyframe{id}});
     recorder_.OnCulled({{id, anchor, T_anchor_culled}});
   }
-  // The map scaled as scale recovery does, and where the recorded bases then are: camera centres scale, extrinsics do not.
+  // The map scaled as scale recovery does, and where the recorded bases then are: camera centres scale, extrinsics do
+  // not.
   std::vector<Rigid3> Scale(double scale) {
     map_ = Apply(std::move(map_), {TransformMap{scale, Rigid3()}});
     recorder_.OnScaled(map_, scale);
@@ -86,8 +88,8 @@ TEST_F(TrajectoryRecorderTest, AnchorsMayBeCulledInTurn) {
 TEST_F(TrajectoryRecorderTest, ScalesWithTheMap) { ExpectPoses(Scale(2.5), 1e-9); }
 
 TEST_F(TrajectoryRecorderTest, ScalesFramesOfCulledKeyframesToo) {
-  Cull(KeyframeId{3});
   Cull(KeyframeId{4});
+  Cull(KeyframeId{3});
   ExpectPoses(Scale(2.5), 1e-6);
 }
 

@@ -9,8 +9,8 @@
 namespace planar_vslam {
 namespace {
 
-constexpr double kSigmaHeight = 0.01;                    // m
-constexpr double kSigmaTilt = DegreesToRadians(0.5);     // rad
+constexpr double kSigmaHeight = 0.01;                         // m
+constexpr double kSigmaTilt = DegreesToRadians(0.5);          // rad
 constexpr double kFar = 100.0, kNear = 1.0, kBetween = 10.0;  // squared distances: beyond 99.9 %, within 90 %, neither
 
 TEST(FloorMonitor, ReleasesAfterThreeInARow) {
@@ -79,7 +79,7 @@ TEST(FloorDistance, IsChiSquareOnTheFloor) {
     sum += d;
     beyond += d > 6.251 ? 1 : 0;  // chi-square, 3 dof, 90 %
   }
-  EXPECT_NEAR(sum / kSamples, 3.0, 0.15);                       // three sigmas of the mean are 0.12
+  EXPECT_NEAR(sum / kSamples, 3.0, 0.15);  // three sigmas of the mean are 0.12
   EXPECT_NEAR(static_cast<double>(beyond) / kSamples, 0.1, 0.02);
 }
 

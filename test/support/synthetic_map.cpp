@@ -24,9 +24,7 @@ Rigid3 SidewaysCamera() {
   return {R_base_camera, Eigen::Vector3d(0.1, 0.05, 1.0)};
 }
 
-Descriptor RandomDescriptor(std::mt19937_64& generator) {
-  return {generator(), generator(), generator(), generator()};
-}
+Descriptor RandomDescriptor(std::mt19937_64& generator) { return {generator(), generator(), generator(), generator()}; }
 
 struct View {
   std::vector<Keypoint> keypoints;
@@ -36,7 +34,9 @@ struct View {
 
 }  // namespace
 
-BundleContext SyntheticWorld::Context() const { return {camera, odometry_noise, PlanarPriorOptions{}, BundleOptions{}}; }
+BundleContext SyntheticWorld::Context() const {
+  return {camera, odometry_noise, PlanarPriorOptions{}, BundleOptions{}};
+}
 
 Rigid3 SyntheticPose(double x) { return Embed3(Rigid2(x, 0.05 * x * x, 0.1 * x)); }
 
@@ -52,7 +52,8 @@ SyntheticWorld MakeSyntheticWorld(const SyntheticWorldOptions& options) {
   const double length = options.step * options.keyframes;
   std::vector<Descriptor> descriptors;
   for (int i = 0; i < options.points; ++i) {
-    world.true_points.emplace_back(-1.0 + (length + 2.0) * unit(generator), 2.5 + 3.0 * unit(generator), 0.2 + 1.8 * unit(generator));
+    world.true_points.emplace_back(-1.0 + (length + 2.0) * unit(generator), 2.5 + 3.0 * unit(generator),
+                                   0.2 + 1.8 * unit(generator));
     descriptors.push_back(RandomDescriptor(generator));
   }
   const Rigid3& T_base_camera = world.T_base_camera;
@@ -91,10 +92,12 @@ SyntheticWorld MakeSyntheticWorld(const SyntheticWorldOptions& options) {
     keyframe.features = features;
     keyframe.landmarks.resize(features->keypoints.size());
     if (k > 0) {
-      keyframe.odometry_link = OdometryLink{KeyframeId{id.value - 1}, ExactOdometry(world, world.true_poses[k - 1], world.true_poses[k])};
+      keyframe.odometry_link =
+          OdometryLink{KeyframeId{id.value - 1}, ExactOdometry(world, world.true_poses[k - 1], world.true_poses[k])};
     }
     edit.emplace_back(AddKeyframe{id, keyframe});
-    for (std::size_t j = 0; j < views[k].points.size(); ++j) observations[views[k].points[j]].push_back({id, static_cast<std::uint32_t>(j)});
+    for (std::size_t j = 0; j < views[k].points.size(); ++j)
+      observations[views[k].points[j]].push_back({id, static_cast<std::uint32_t>(j)});
   }
   std::vector<Eigen::Vector3d> kept;
   for (std::size_t i = 0; i < observations.size(); ++i) {
@@ -139,7 +142,8 @@ PreintegratedOdometry ExactOdometry(const SyntheticWorld& world, const Rigid3& T
   return Preintegrate({{start, Rigid2()}, {end, ProjectToPlane(T_map_i.Inverse() * T_map_j)}}, world.odometry_noise);
 }
 
-Map Perturbed(const SyntheticWorld& world, double position_sigma, double angle_sigma, double point_sigma, std::uint32_t seed) {
+Map Perturbed(const SyntheticWorld& world, double position_sigma, double angle_sigma, double point_sigma,
+              std::uint32_t seed) {
   std::mt19937_64 generator(seed);
   std::normal_distribution<double> normal;
   MapEdit edit;

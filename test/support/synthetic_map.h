@@ -13,8 +13,8 @@ namespace planar_vslam::test {
 struct SyntheticWorldOptions {
   int keyframes = 8;
   int points = 300;
-  double step = 0.25;          // m between keyframes, along a gentle curve, camera looking sideways
-  double pixel_noise = 0.0;    // px
+  double step = 0.25;        // m between keyframes, along a gentle curve, camera looking sideways
+  double pixel_noise = 0.0;  // px
   std::uint32_t seed = 1;
 };
 
@@ -37,7 +37,7 @@ SyntheticWorld MakeSyntheticWorld(const SyntheticWorldOptions& options);
 // What a camera sees of the world's landmarks, and which landmark each keypoint shows.
 struct SyntheticView {
   std::shared_ptr<const FrameFeatures> features;
-  std::vector<LandmarkId> landmarks;   // per keypoint
+  std::vector<LandmarkId> landmarks;  // per keypoint
 };
 SyntheticView Observe(const SyntheticWorld& world, const Rigid3& T_map_camera, double pixel_noise, std::uint32_t seed);
 
@@ -45,6 +45,7 @@ SyntheticView Observe(const SyntheticWorld& world, const Rigid3& T_map_camera, d
 PreintegratedOdometry ExactOdometry(const SyntheticWorld& world, const Rigid3& T_map_i, const Rigid3& T_map_j);
 
 // Poses (but the first) and points moved by Gaussian noise.
-Map Perturbed(const SyntheticWorld& world, double position_sigma, double angle_sigma, double point_sigma, std::uint32_t seed);
+Map Perturbed(const SyntheticWorld& world, double position_sigma, double angle_sigma, double point_sigma,
+              std::uint32_t seed);
 
 }  // namespace planar_vslam::test

@@ -34,7 +34,7 @@ struct RunResult {
 Expected<RunResult> RunSession(Recording& recording, SlamSystem& system, const RunSettings& settings);
 
 // trajectory.txt, trajectory_live.txt, status.csv, keyframes.txt, scale_cameras.txt (the unscaled cameras the scale was
-// recovered from, where it was), map.pgm/.yaml/.bt and points.pcd (metric maps only),
+// recovered from, where it was), map.pvm and points.pcd (where there is a map), map.pgm/.yaml/.bt (metric maps only),
 // report.json, into an existing or new folder. With `deterministic` no file depends on the clock.
 Expected<bool> WriteRunOutputs(const std::filesystem::path& folder, const SlamSystem& system, const RunResult& result,
                                const PipelineOptions& options, const CameraModel& camera, bool deterministic);

@@ -15,7 +15,7 @@
 namespace planar_vslam {
 
 struct BundleOptions {
-  int max_iterations = 10;            // of the first round and of the second each
+  int max_iterations = 5;             // of the first round and of the second each
   bool drop_outliers = true;          // second round without observations beyond the 95 % chi-square limit
   double pixel_sigma = 1.0;           // px at octave 0; grows with the octave's scale
   double odometry_huber = 3.5;        // in units of the 6-D Mahalanobis norm

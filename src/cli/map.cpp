@@ -1,0 +1,231 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "commands.h"
+#include "planar_vslam/io/trajectory.h"
+#include "planar_vslam/map/map_file.h"
+#include "planar_vslam/pipeline/navigation_map.h"
+
+namespace planar_vslam {
+namespace {
+
+namespace fs = std::filesystem;
+
+// ---- map info
+
+struct MapStatistics {
+  std::uintmax_t bytes = 0;
+  std::size_t observations = 0;
+  double span = 0.0;                                     // s, from the first keyframe's stamp to the last
+  double path = 0.0;                                     // along the keyframes; m in a metric map
+  Eigen::AlignedBox3d keyframe_extent, landmark_extent;  // of base and landmark positions
+};
+
+MapStatistics StatisticsOf(const Map& map, const fs::path& path) {
+  MapStatistics statistics;
+  std::error_code gone_meanwhile;
+  statistics.bytes = fs::file_size(path, gone_meanwhile);
+  const Keyframe* previous = nullptr;
+  for (const auto& [id, keyframe] : map.keyframes) {
+    statistics.keyframe_extent.extend(keyframe.T_map_base.translation);
+    if (previous != nullptr) {
+      statistics.path += (keyframe.T_map_base.translation - previous->T_map_base.translation).norm();
+      statistics.span += SecondsBetween(previous->stamp, keyframe.stamp);
+    }
+    previous = &keyframe;
+  }
+  for (const auto& [id, landmark] : map.landmarks) {
+    statistics.landmark_extent.extend(landmark.p_map);
+    statistics.observations += landmark.observations.size();
+  }
+  return statistics;
+}
+
+std::string JsonOf(const Eigen::AlignedBox3d& extent) {
+  if (extent.isEmpty()) return "null";
+  return fmt::format(R"({{"min": [{}], "max": [{}]}})", fmt::join(extent.min(), ", "), fmt::join(extent.max(), ", "));
+}
+
+std::string TextOf(const Eigen::AlignedBox3d& extent, const char* unit) {
+  if (extent.isEmpty()) return "nothing";
+  const Eigen::Vector3d &a = extent.min(), &b = extent.max();
+  return fmt::format("x {:.2f} to {:.2f}, y {:.2f} to {:.2f}, z {:.2f} to {:.2f} {}", a.x(), b.x(), a.y(), b.y(), a.z(),
+                     b.z(), unit);
+}
+
+std::string ToJson(const SavedMap& saved, const MapStatistics& s) {
+  return fmt::format(
+      "{{\"bytes\": {}, \"metric\": {}, \"keyframes\": {}, \"landmarks\": {}, \"observations\": {},\n"
+      " \"span_seconds\": {}, \"path_length\": {}, \"keyframe_extent\": {},\n \"landmark_extent\": {},\n"
+      " \"camera\": {{\"width\": {}, \"height\": {}, \"fx\": {}, \"fy\": {}, \"cx\": {}, \"cy\": {}}}}}\n",
+      s.bytes, saved.map.metric, saved.map.keyframes.size(), saved.map.landmarks.size(), s.observations, s.span, s.path,
+      JsonOf(s.keyframe_extent), JsonOf(s.landmark_extent), saved.camera.width, saved.camera.height, saved.camera.fx,
+      saved.camera.fy, saved.camera.cx, saved.camera.cy);
+}
+
+std::string ToText(const SavedMap& saved, const MapStatistics& s) {
+  const char* unit = saved.map.metric ? "m" : "(scale unknown)";
+  const CameraModel& camera = saved.camera;
+  return fmt::format(
+      "metric           {}\n"
+      "keyframes        {}, over {:.1f} s and {:.2f} {}\n"
+      "landmarks        {}, observed {} times\n"
+      "keyframe extent  {}\n"
+      "landmark extent  {}\n"
+      "camera           {} x {} px, fx {:.2f}, fy {:.2f}, cx {:.2f}, cy {:.2f}\n"
+      "file             {} bytes\n",
+      saved.map.metric ? "yes" : "no", saved.map.keyframes.size(), s.span, s.path, unit, saved.map.landmarks.size(),
+      s.observations, TextOf(s.keyframe_extent, unit), TextOf(s.landmark_extent, unit), camera.width, camera.height,
+      camera.fx, camera.fy, camera.cx, camera.cy, s.bytes);
+}
+
+int Info(const fs::path& path, bool json) {
+  const Expected<SavedMap> saved = LoadMap(path);
+  if (!saved) return Fail(kExitBadInput, saved.error().message);
+  const MapStatistics statistics = StatisticsOf(saved->map, path);
+  std::fputs((json ? ToJson(*saved, statistics) : ToText(*saved, statistics)).c_str(), stdout);
+  return kExitSuccess;
+}
+
+// ---- map check
+
+int Check(const fs::path& path) {
+  std::error_code unreadable;
+  if (!fs::is_regular_file(path, unreadable)) {
+    return Fail(kExitBadInput, path.string() + ": expected a file that exists");
+  }
+  const std::vector<std::string> problems = MapFileProblems(path);
+  for (const std::string& problem : problems) fmt::print("{}\n", problem);
+  if (!problems.empty()) {
+    return Fail(kExitFailure, fmt::format("{}: {} problems, expected a sound map", path.string(), problems.size()));
+  }
+  fmt::print("{}: sound\n", path.string());
+  return kExitSuccess;
+}
+
+// ---- map export
+
+struct ExportArguments {
+  fs::path map, pcd, ply, tum, octomap, pgm, yaml;
+
+  bool wants_grid() const { return !pgm.empty() || !yaml.empty(); }
+  fs::path YamlPath() const { return yaml.empty() ? fs::path(pgm).replace_extension(".yaml") : yaml; }
+};
+
+// What is wrong with the arguments; empty when nothing is.
+std::string ProblemOf(const ExportArguments& a) {
+  const bool nothing = a.pcd.empty() && a.ply.empty() && a.tum.empty() && a.octomap.empty() && !a.wants_grid();
+  if (nothing) return "map export: expected at least one of --pcd, --ply, --tum, --octomap, --pgm, --yaml";
+  const auto ends = [](const fs::path& path, const char* ending) { return path.empty() || path.extension() == ending; };
+  if (!ends(a.octomap, ".bt") && !ends(a.octomap, ".ot")) {
+    return "--octomap " + a.octomap.string() + ": expected a name that ends in .bt or .ot";
+  }
+  if (!ends(a.pgm, ".pgm")) return "--pgm " + a.pgm.string() + ": expected a name that ends in .pgm";
+  if (!ends(a.yaml, ".yaml")) return "--yaml " + a.yaml.string() + ": expected a name that ends in .yaml";
+  if (!a.pgm.empty() && a.YamlPath() != fs::path(a.pgm).replace_extension(".yaml")) {
+    return "--yaml " + a.yaml.string() + ": expected the name of --pgm but for the ending, they are one map";
+  }
+  return "";
+}
+
+// The keyframes as the driven path: a saved map has no other frames.
+TrajectoryRecorder KeyframePath(const Map& map) {
+  TrajectoryRecorder path;
+  for (const auto& [id, keyframe] : map.keyframes) path.Add({keyframe.stamp, id, Rigid3(), keyframe.T_base_camera});
+  return path;
+}
+
+Expected<bool> WriteNavigationMaps(const SavedMap& saved, const ExportArguments& arguments) {
+  const MapBuilder builder = BuildNavigationMap(saved.map, KeyframePath(saved.map), {}, saved.camera,
+                                                MapBuilderOptions{}, LandmarkAcceptance{});
+  if (!arguments.octomap.empty()) {
+    if (Expected<bool> done = builder.WriteOctomap(arguments.octomap); !done) return done;
+  }
+  return arguments.wants_grid() ? WriteMapServerFiles(builder.Grid(), arguments.YamlPath()) : Expected<bool>(true);
+}
+
+Expected<bool> WriteExports(const SavedMap& saved, const ExportArguments& arguments) {
+  const bool navigation = !arguments.octomap.empty() || arguments.wants_grid();
+  if (navigation && !saved.map.metric) {
+    return Error{arguments.map.string() + ": scale unknown, expected a metric map for --octomap, --pgm and --yaml"};
+  }
+  const std::vector<CloudPoint> cloud = LandmarkCloud(saved.map);
+  if (!arguments.pcd.empty()) {
+    if (Expected<bool> done = WritePcd(cloud, arguments.pcd); !done) return done;
+  }
+  if (!arguments.ply.empty()) {
+    if (Expected<bool> done = WritePly(cloud, arguments.ply); !done) return done;
+  }
+  if (!arguments.tum.empty()) {
+    Trajectory keyframes;
+    for (const auto& [id, keyframe] : saved.map.keyframes) keyframes.push_back({keyframe.stamp, keyframe.T_map_base});
+    if (Expected<bool> done = WriteTrajectory(keyframes, arguments.tum); !done) return done;
+  }
+  return navigation ? WriteNavigationMaps(saved, arguments) : Expected<bool>(true);
+}
+
+int Export(const ExportArguments& arguments) {
+  const std::string problem = ProblemOf(arguments);
+  if (!problem.empty()) return Fail(kExitBadInput, problem);
+  const Expected<SavedMap> saved = LoadMap(arguments.map);
+  if (!saved) return Fail(kExitBadInput, saved.error().message);
+  const Expected<bool> written = WriteExports(*saved, arguments);
+  return written ? kExitSuccess : Fail(kExitFailure, written.error().message);
+}
+
+// ---- arguments
+
+void AddInfo(CLI::App& map, int* exit_code) {
+  struct Arguments {
+    fs::path file;
+    bool json = false;
+  };
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = map.add_subcommand("info", "What is in a saved map");
+  command->add_option("file", arguments->file, "Saved map (.pvm)")->required();
+  command->add_flag("--json", arguments->json, "Print JSON instead of a table");
+  command->callback([arguments, exit_code] { *exit_code = Info(arguments->file, arguments->json); });
+}
+
+void AddCheck(CLI::App& map, int* exit_code) {
+  auto file = std::make_shared<fs::path>();
+  CLI::App* command = map.add_subcommand("check", "Whether a saved map is whole and sound; lists every problem");
+  command->add_option("file", *file, "Saved map (.pvm)")->required();
+  command->callback([file, exit_code] { *exit_code = Check(*file); });
+}
+
+void AddExport(CLI::App& map, int* exit_code) {
+  auto arguments = std::make_shared<ExportArguments>();
+  CLI::App* command = map.add_subcommand(
+      "export",
+      "Write a saved map in other programs' formats. A saved map holds no laser scans: OctoMap and grid come from its "
+      "visual landmarks and keyframe poses alone, and need a metric map");
+  command->add_option("file", arguments->map, "Saved map (.pvm)")->required();
+  command->add_option("--pcd", arguments->pcd, "Landmarks with normals, PCD");
+  command->add_option("--ply", arguments->ply, "Landmarks with normals, PLY");
+  command->add_option("--tum", arguments->tum, "Keyframe poses, TUM trajectory");
+  command->add_option("--octomap", arguments->octomap, "OctoMap: binary .bt, or .ot with probabilities; visual only");
+  command->add_option("--pgm", arguments->pgm, "Occupancy grid for map_server and its .yaml beside it; visual only");
+  command->add_option("--yaml", arguments->yaml, "The same, by the name of the .yaml");
+  command->callback([arguments, exit_code] { *exit_code = Export(*arguments); });
+}
+
+}  // namespace
+
+void AddMap(CLI::App& app, int* exit_code) {
+  CLI::App* map = app.add_subcommand("map", "Look into, check and export saved maps");
+  map->require_subcommand(1);
+  AddInfo(*map, exit_code);
+  AddCheck(*map, exit_code);
+  AddExport(*map, exit_code);
+}
+
+}  // namespace planar_vslam
