@@ -58,7 +58,8 @@ MapEdit CullKeyframes(const Map& map, KeyframeId newest, const LocalMapperOption
     if (!IsRedundant(map, id, keyframe, options.redundancy)) continue;
     const auto it = std::find_if(map.keyframes.begin(), map.keyframes.end(), [id](const auto& e) { return e.first == id; });
     const auto& [anchor, anchor_keyframe] = *std::prev(it);
-    culled->push_back({id, anchor, anchor_keyframe.T_map_base.Inverse() * keyframe.T_map_base});
+    culled->push_back({id, anchor, anchor_keyframe.T_map_base.Inverse() * keyframe.T_map_base,
+                       anchor_keyframe.T_base_camera, keyframe.T_base_camera});
     edit.emplace_back(EraseKeyframe{id});
     break;  // one a keyframe: the next one's redundancy depends on this one being gone
   }

@@ -38,10 +38,10 @@ MapStatistics StatisticsOf(const Map& map, const fs::path& path) {
     statistics.keyframe_extent.extend(keyframe.T_map_base.translation);
     if (previous != nullptr) {
       statistics.path += (keyframe.T_map_base.translation - previous->T_map_base.translation).norm();
-      statistics.span += SecondsBetween(previous->stamp, keyframe.stamp);
     }
     previous = &keyframe;
   }
+  if (previous != nullptr) statistics.span = SecondsBetween(map.keyframes.begin()->second.stamp, previous->stamp);
   for (const auto& [id, landmark] : map.landmarks) {
     statistics.landmark_extent.extend(landmark.p_map);
     statistics.observations += landmark.observations.size();
@@ -105,7 +105,8 @@ int Check(const fs::path& path) {
   const std::vector<std::string> problems = MapFileProblems(path);
   for (const std::string& problem : problems) fmt::print("{}\n", problem);
   if (!problems.empty()) {
-    return Fail(kExitFailure, fmt::format("{}: {} problems, expected a sound map", path.string(), problems.size()));
+    return Fail(kExitFailure,
+                fmt::format("{}: expected a sound map, found problems: {}", path.string(), problems.size()));
   }
   fmt::print("{}: sound\n", path.string());
   return kExitSuccess;

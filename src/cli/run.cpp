@@ -109,6 +109,9 @@ int Run(const RunArguments& arguments) {
     const Expected<bool> prepared = PrepareSaving(arguments.save_map);
     if (!prepared.ok()) return Fail(kExitBadInput, prepared.error().message);
   }
+  std::error_code failed;
+  fs::create_directories(arguments.out, failed);
+  if (failed) return Fail(kExitBadInput, fmt::format("--out {}: cannot be created: {}", arguments.out.string(), failed.message()));
   const RecordingInfo& info = (*recording)->info();
   const bool use_odometry = info.has_odometry && options->odometry != OdometryUse::kOff;
   if (options->initializer.mode == InitializationMode::kOdometry && !use_odometry) {

@@ -98,19 +98,16 @@ Rigid3 Tracker::ReferencePose(const Map& map) const {
   return reference != nullptr ? reference->T_map_base : last_.T_map_ref;
 }
 
-Tracker::Prediction Tracker::Predict(const TrackInput& input, const Map& map) const {
+Tracker::Prediction Tracker::PredictWithoutOdometry(const Map& map) const {
   const Rigid3 T_map_last = ReferencePose(map) * last_.T_ref_base;
-  Prediction prediction{T_map_last, last_.covariance, false};
-  if (map.metric && input.odometry.has_value()) {
-    const Rigid3 step = Embed3(input.odometry->T_i_j);
-    prediction.T_map_base = T_map_last * step;
-    prediction.covariance =
-        Propagate(last_.covariance, step) + LiftedCovariance(*input.odometry, context_.odometry_noise);
-    prediction.from_odometry = true;
-  } else if (velocity_.has_value() && visually_tracked_) {
-    prediction.T_map_base = T_map_last * *velocity_;
-  }
-  return prediction;
+  return {velocity_.has_value() && visually_tracked_ ? T_map_last * *velocity_ : T_map_last, last_.covariance, false};
+}
+
+Tracker::Prediction Tracker::Predict(const TrackInput& input, const Map& map) const {
+  if (!map.metric || !input.odometry.has_value()) return PredictWithoutOdometry(map);
+  const Rigid3 step = Embed3(input.odometry->T_i_j);
+  return {ReferencePose(map) * last_.T_ref_base * step,
+          Propagate(last_.covariance, step) + LiftedCovariance(*input.odometry, context_.odometry_noise), true};
 }
 
 bool Tracker::EnoughInliers(const Prediction& prediction, const TrackResult& result) const {
@@ -239,6 +236,37 @@ bool Tracker::Rematch(const TrackInput& input, const Map& map, const Prediction&
   return false;
 }
 
+// On odometry that the map around it does not confirm (a slip while blind, a kidnapped robot): poses found by descriptor
+// matching alone are held back until three in a row agree through odometry.
+bool Tracker::ConfirmHypothesis(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result) {
+  constexpr double kSearchDistance = 3.0;                      // m around the odometry pose
+  constexpr double kSearchAngle = DegreesToRadians(60.0);
+  constexpr double kAgreePosition = 0.10;                      // m
+  constexpr double kAgreeAngle = DegreesToRadians(3.0);
+  constexpr int kConfirmations = 3;
+  constexpr std::size_t kCandidates = 3;
+  std::optional<Hypothesis> previous;
+  previous.swap(hypothesis_);
+  const RelocalizerOptions options;
+  for (const KeyframeId keyframe :
+       NearbyKeyframes(map, prediction.T_map_base * input.T_base_camera, kSearchDistance, kSearchAngle, kCandidates)) {
+    const auto found = RelocalizeAgainst(map, keyframe, *input.features, context_.camera, options);
+    if (!found.has_value()) continue;
+    result->matches = found->matches;
+    result->T_map_base = found->T_map_camera * input.T_base_camera.Inverse();
+    if (!Optimize(input, map, prediction, result)) continue;
+    hypothesis_ = Hypothesis{result->T_map_base, 1};
+    if (previous.has_value() && input.odometry.has_value()) {
+      const Vector6d difference =
+          LogSe3((previous->T_map_base * Embed3(input.odometry->T_i_j)).Inverse() * result->T_map_base);
+      const bool agrees = difference.head<3>().norm() < kAgreePosition && difference.tail<3>().norm() < kAgreeAngle;
+      if (agrees) hypothesis_->confirmations = previous->confirmations + 1;
+    }
+    return hypothesis_->confirmations >= kConfirmations;
+  }
+  return false;
+}
+
 bool Tracker::TrackLocalMap(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result) const {
   std::vector<KeyframeId> local =
       VotedKeyframes(map, result->matches.landmarks, static_cast<std::size_t>(context_.options.local_keyframes));
@@ -297,10 +325,25 @@ void Tracker::Remember(const TrackInput& input, const Map& map, TrackResult* res
 
 TrackResult Tracker::Track(const TrackInput& input, const Map& map) {
   const Prediction prediction = Predict(input, map);
+  Prediction used = prediction;
   TrackResult result;
   const bool was_tracked = visually_tracked_;
-  const bool first = TrackLastFrame(input, map, prediction, &result) || Rematch(input, map, prediction, &result);
-  if (first && TrackLocalMap(input, map, prediction, &result)) {
+  bool first = TrackLastFrame(input, map, prediction, &result);
+  if (!first && prediction.from_odometry && was_tracked) {  // a large slip: look where the motion so far leads
+    used = PredictWithoutOdometry(map);
+    first = TrackLastFrame(input, map, used, &result);
+  }
+  if (!first) {
+    used = prediction;
+    first = Rematch(input, map, prediction, &result);
+  }
+  if (!first && prediction.from_odometry) {
+    used.from_odometry = false;
+    first = ConfirmHypothesis(input, map, used, &result);
+  }
+  if (first && TrackLocalMap(input, map, used, &result)) {
+    result.odometry_rejected = result.odometry_rejected || used.from_odometry != prediction.from_odometry;
+    hypothesis_.reset();
     result.status = was_tracked ? TrackStatus::kTracking : TrackStatus::kRelocalized;
   } else {
     result.status = prediction.from_odometry ? TrackStatus::kOdometry : TrackStatus::kLost;

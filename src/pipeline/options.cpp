@@ -234,6 +234,9 @@ std::vector<std::string> PipelineOptions::Problems() const {
 
 Expected<PipelineOptions> LoadOptions(const std::filesystem::path& path) {
   PipelineOptions options;
+  if (!std::filesystem::is_regular_file(path)) {
+    return Error{fmt::format("{}: cannot be read; expected a YAML configuration file", path.string())};
+  }
   try {
     const YAML::Node root = YAML::LoadFile(path.string());
     if (root.IsNull()) return options;

@@ -62,7 +62,7 @@ std::optional<FramePacket> Synchronizer::Pop() {
   while (!images_.empty()) {
     const Timestamp stamp = images_.front().image.stamp;
     if (with_odometry_ && !finished_ && (odometry_.empty() || odometry_.last_stamp() < stamp)) return std::nullopt;
-    const bool before_odometry = with_odometry_ && !last_packet_.has_value() && !odometry_.Covers(stamp);
+    const bool before_odometry = with_odometry_ && !last_packet_.has_value() && (odometry_.empty() || stamp < odometry_.first_stamp());
     if (before_odometry) {
       ++dropped_["image before the first odometry"];
       images_.pop_front();

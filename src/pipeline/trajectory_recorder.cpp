@@ -13,24 +13,25 @@ void TrajectoryRecorder::Reanchor(Timestamp stamp, KeyframeId keyframe) {
 }
 
 void TrajectoryRecorder::OnCulled(const std::vector<CulledKeyframe>& culled) {
-  for (const CulledKeyframe& c : culled) culled_[c.id] = {c.anchor, c.T_anchor_culled};
+  for (const CulledKeyframe& c : culled) culled_[c.id] = c;
 }
 
 void TrajectoryRecorder::OnScaled(const Map& map, double scale) {
   for (RecordedFrame& frame : frames_) {
-    const Keyframe* keyframe = map.keyframes.Find(frame.reference);
-    // A culled reference keyframe had nearly the same extrinsics as the frame itself.
-    const Rigid3 T_ref_camera = keyframe != nullptr ? keyframe->T_base_camera : frame.T_base_camera;
+    const auto culled = culled_.find(frame.reference);
+    const Rigid3 T_ref_camera = culled != culled_.end() ? culled->second.T_culled_camera : map.keyframes.At(frame.reference).T_base_camera;
     frame.T_ref_base = ScaleCameraMotion(frame.T_ref_base, T_ref_camera, frame.T_base_camera, scale);
   }
-  for (auto& [id, anchor] : culled_) anchor.T_anchor_culled.translation *= scale;
+  for (auto& [id, c] : culled_) {
+    c.T_anchor_culled = ScaleCameraMotion(c.T_anchor_culled, c.T_anchor_camera, c.T_culled_camera, scale);
+  }
 }
 
 Rigid3 TrajectoryRecorder::Resolve(const Map& map, KeyframeId reference) const {
   Rigid3 T_anchor_ref;
   for (auto it = culled_.find(reference); it != culled_.end(); it = culled_.find(reference)) {
     T_anchor_ref = it->second.T_anchor_culled * T_anchor_ref;
-    reference = it->second.keyframe;
+    reference = it->second.anchor;
   }
   return map.keyframes.At(reference).T_map_base * T_anchor_ref;
 }

@@ -210,7 +210,8 @@ void DrawDoor(Sheet& sheet) {
   const int plate = sheet.Pixels(0.16);
   const cv::Rect sign(sheet.width() / 2 - plate, static_cast<int>(0.15 * sheet.height()), 2 * plate, plate);
   cv::rectangle(sheet.grey, sign, cv::Scalar(235), cv::FILLED);
-  DrawLine(sheet, sign.x + 6, sign.y + plate * 2 / 3, sign.br().x, plate / 3, cv::Scalar(20));
+  cv::putText(sheet.grey, Word(sheet, 4), {sign.x + plate / 8, sign.y + plate * 2 / 3}, cv::FONT_HERSHEY_SIMPLEX,
+              plate / 60.0, cv::Scalar(20), std::max(1, plate / 20), cv::LINE_AA);
   const cv::Point handle(sheet.width() - inset * 2 / 3, sheet.height() / 2);
   cv::circle(sheet.grey, handle, sheet.Pixels(0.03), cv::Scalar(40), cv::FILLED, cv::LINE_AA);
   cv::line(sheet.grey, handle, handle - cv::Point(sheet.Pixels(0.12), 0), cv::Scalar(40), sheet.Pixels(0.02),

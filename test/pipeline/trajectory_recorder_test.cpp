@@ -33,7 +33,7 @@ class TrajectoryRecorderTest : public ::testing::Test {
     const KeyframeId anchor{id.value - 1};
     const Rigid3 T_anchor_culled = map_.keyframes.At(anchor).T_map_base.Inverse() * map_.keyframes.At(id).T_map_base;
     map_ = Apply(std::move(map_), {EraseKeyframe{id}});
-    recorder_.OnCulled({{id, anchor, T_anchor_culled}});
+    recorder_.OnCulled({{id, anchor, T_anchor_culled, world_.T_base_camera, world_.T_base_camera}});
   }
   // The map scaled as scale recovery does, and where the recorded bases then are: camera centres scale, extrinsics do
   // not.

@@ -46,7 +46,8 @@ struct KeyframeProposal {
 struct CulledKeyframe {
   KeyframeId id;
   KeyframeId anchor;
-  Rigid3 T_anchor_culled;
+  Rigid3 T_anchor_culled;                          // bases
+  Rigid3 T_anchor_camera, T_culled_camera;         // their extrinsics: a rescaled map scales camera motion only
 };
 
 struct MappingReport {

@@ -99,7 +99,15 @@ class Tracker {
     bool from_odometry = false;
   };
 
+  // A pose that descriptors alone gave while odometry said otherwise.
+  struct Hypothesis {
+    Rigid3 T_map_base;
+    int confirmations = 0;
+  };
+
   Rigid3 ReferencePose(const Map& map) const;
+  Prediction PredictWithoutOdometry(const Map& map) const;
+  bool ConfirmHypothesis(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result);
   Prediction Predict(const TrackInput& input, const Map& map) const;
   bool TrackLastFrame(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result) const;
   bool Rematch(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result) const;
@@ -117,6 +125,7 @@ class Tracker {
   LastFrame last_;
   std::optional<Rigid3> velocity_;    // T_last_base of the frame before: constant-motion model without odometry
   bool visually_tracked_ = false;     // the last frame was
+  std::optional<Hypothesis> hypothesis_;
   FloorMonitor floor_;
   int frames_since_keyframe_ = 0;
   int reference_landmarks_ = 0;       // tracked in the reference keyframe when it was made

@@ -28,14 +28,10 @@ class TrajectoryRecorder {
   std::size_t size() const { return frames_.size(); }
 
  private:
-  struct Anchor {
-    KeyframeId keyframe;
-    Rigid3 T_anchor_culled;
-  };
   Rigid3 Resolve(const Map& map, KeyframeId reference) const;
 
   std::vector<RecordedFrame> frames_;
-  std::map<KeyframeId, Anchor> culled_;
+  std::map<KeyframeId, CulledKeyframe> culled_;
 };
 
 }  // namespace planar_vslam

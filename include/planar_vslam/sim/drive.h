@@ -1,5 +1,6 @@
 #pragma once
 // The robot's true motion: an optional sideways shuffle, then forward driving along the waypoints.
+#include <utility>
 #include <vector>
 
 #include "planar_vslam/geometry/expected.h"

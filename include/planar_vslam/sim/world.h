@@ -5,8 +5,8 @@
 //
 // World frame: origin in a corner of the room on the floor, x along the south wall, y along the west wall, z up.
 #include <Eigen/Core>
+#include <cmath>
 #include <filesystem>
-#include <limits>
 #include <string>
 #include <vector>
 
