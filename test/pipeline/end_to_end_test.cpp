@@ -1,0 +1,184 @@
+// The whole pipeline on a simulated drive with ground truth: accuracy bounds, determinism, output files, and recordings
+// from the machine where there are any.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+
+#include "planar_vslam/io/evaluation.h"
+#include "planar_vslam/io/run_session.h"
+#include "planar_vslam/sim/dataset_writer.h"
+#include "planar_vslam/sim/simulation.h"
+#include "planar_vslam/sim/world.h"
+#include "support/support.h"
+
+namespace planar_vslam {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kDriveSeconds = 14.0;
+
+// A short simulated drive as a dataset folder, rendered once for all tests.
+class EndToEnd : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = std::make_unique<test::TemporaryFolder>();
+    const Expected<World> world = LoadWorld(fs::path(PV_SOURCE_DIR) / "config/worlds/sample_lab.yaml");
+    ASSERT_TRUE(world.ok()) << world.error().message;
+    SimulationOptions options;
+    options.until = kDriveSeconds;
+    Expected<Simulation> simulation = Simulation::Create(*world, options);
+    ASSERT_TRUE(simulation.ok()) << simulation.error().message;
+    const Expected<DatasetCounts> counts = WriteDataset(*simulation, Drive());
+    ASSERT_TRUE(counts.ok()) << counts.error().message;
+  }
+  static void TearDownTestSuite() { folder_.reset(); }
+
+  static fs::path Drive() { return folder_->path() / "drive"; }
+
+  struct Outcome {
+    RunResult result;
+    SystemReport report;
+    std::shared_ptr<const Map> map;
+  };
+  static Outcome Run(const PipelineOptions& options, const fs::path& out, Schedule schedule = Schedule::kInline) {
+    Expected<std::unique_ptr<Recording>> recording = OpenRecording(Drive(), RecordingOptions{});
+    EXPECT_TRUE(recording.ok()) << recording.error().message;
+    const RecordingInfo& info = (*recording)->info();
+    SlamSystem system(options, info.camera, info.has_base_transform, schedule);
+    RunSettings settings;
+    settings.deterministic = true;
+    Expected<RunResult> result = RunSession(**recording, system, settings);
+    EXPECT_TRUE(result.ok());
+    EXPECT_TRUE(WriteRunOutputs(out, system, *result, options, info.camera, true).ok());
+    return {std::move(*result), system.report(), system.map()};
+  }
+
+  static TrajectoryErrors Errors(const fs::path& trajectory) {
+    const Expected<Trajectory> estimate = ReadTrajectory(trajectory);
+    const Expected<Trajectory> truth = ReadTrajectory(Drive() / "groundtruth_base.txt");
+    const Expected<TrajectoryErrors> errors = EvaluateTrajectory(*estimate, *truth, EvaluationAlignment::kSe2);
+    EXPECT_TRUE(errors.ok());
+    return *errors;
+  }
+
+  static std::unique_ptr<test::TemporaryFolder> folder_;
+};
+std::unique_ptr<test::TemporaryFolder> EndToEnd::folder_;
+
+long Count(const SystemReport& report, FrameState state) {
+  const auto it = report.frames.find(state);
+  return it == report.frames.end() ? 0 : it->second;
+}
+
+std::string Contents(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::stringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+void ExpectSameFiles(const fs::path& a, const fs::path& b) {
+  int compared = 0;
+  for (const auto& entry : fs::directory_iterator(a)) {
+    EXPECT_EQ(Contents(entry.path()), Contents(b / entry.path().filename())) << entry.path().filename();
+    ++compared;
+  }
+  EXPECT_GE(compared, 8);
+}
+
+TEST_F(EndToEnd, MetricTrajectoryAndMapFromOdometrySeededStart) {
+  const fs::path out = folder_->path() / "odometry_seeded";
+  const Outcome run = Run(PipelineOptions{}, out);
+  ASSERT_NE(run.map, nullptr);
+  EXPECT_TRUE(run.map->metric);
+  const std::vector<std::string> problems = Validate(*run.map);
+  EXPECT_TRUE(problems.empty()) << problems.front();
+  const long tracked = Count(run.report, FrameState::kTracking) + Count(run.report, FrameState::kRelocalized);
+  const long after_start = static_cast<long>(run.result.frames.size()) - Count(run.report, FrameState::kInitializing);
+  EXPECT_GE(tracked, after_start * 95 / 100);
+  const TrajectoryErrors errors = Errors(out / "trajectory.txt");
+  EXPECT_LE(errors.ate.rmse, 0.05);
+  EXPECT_LE(std::abs(errors.scale_error), 0.02);
+  EXPECT_GE(errors.coverage, 0.98);
+  for (const char* name : {"trajectory.txt", "trajectory_live.txt", "status.csv", "keyframes.txt", "map.pvm", "map.pgm",
+                           "map.yaml", "map.bt", "points.pcd", "report.json"}) {
+    EXPECT_TRUE(fs::is_regular_file(out / name)) << name;
+  }
+}
+
+TEST_F(EndToEnd, ScaleIsRecoveredFromAVisualStart) {
+  PipelineOptions options;
+  options.initializer.mode = InitializationMode::kVisual;
+  options.scale.keyframes = 10;
+  const fs::path out = folder_->path() / "visual";
+  const Outcome run = Run(options, out);
+  ASSERT_NE(run.map, nullptr);
+  ASSERT_TRUE(run.report.scale.has_value());
+  EXPECT_TRUE(run.map->metric);
+  EXPECT_LE(std::abs(Errors(out / "trajectory.txt").scale_error), 0.02);
+  EXPECT_TRUE(fs::is_regular_file(out / "scale_cameras.txt"));
+}
+
+TEST_F(EndToEnd, TwoRunsInOneProcessGiveTheSameBytes) {
+  const fs::path first = folder_->path() / "first", second = folder_->path() / "second";
+  Run(PipelineOptions{}, first);
+  Run(PipelineOptions{}, second);
+  ExpectSameFiles(first, second);
+}
+
+TEST_F(EndToEnd, TwoProcessesGiveTheSameBytes) {
+  const fs::path first = folder_->path() / "process_1", second = folder_->path() / "process_2";
+  for (const fs::path& out : {first, second}) {
+    const std::string command =
+        std::string(PV_EXECUTABLE) + " run " + Drive().string() + " --out " + out.string() + " --deterministic --quiet";
+    ASSERT_EQ(std::system(command.c_str()), 0);  // NOLINT(cert-env33-c): our own executable
+  }
+  ExpectSameFiles(first, second);
+}
+
+TEST_F(EndToEnd, ThreadedScheduleStaysAccurate) {
+  const fs::path out = folder_->path() / "threaded";
+  const Outcome run = Run(PipelineOptions{}, out, Schedule::kThreaded);
+  ASSERT_NE(run.map, nullptr);
+  EXPECT_LE(Errors(out / "trajectory.txt").ate.rmse, 0.06);
+}
+
+TEST_F(EndToEnd, WithoutOdometryNoMetricClaimIsMade) {
+  fs::remove(Drive() / "odometry_hidden.csv");
+  fs::rename(Drive() / "odometry.csv", Drive() / "odometry_hidden.csv");
+  PipelineOptions options;
+  options.initializer.mode = InitializationMode::kVisual;
+  const fs::path out = folder_->path() / "monocular";
+  const Outcome run = Run(options, out);
+  fs::rename(Drive() / "odometry_hidden.csv", Drive() / "odometry.csv");
+  ASSERT_NE(run.map, nullptr);
+  EXPECT_FALSE(run.map->metric);
+  EXPECT_FALSE(fs::exists(out / "map.yaml"));
+  EXPECT_NE(Contents(out / "report.json").find("\"metric\": false"), std::string::npos);
+}
+
+// The first minute of a recorded laboratory drive, where the recording is on this machine.
+TEST(RecordedDrive, LaboratoryStaysWithinFiveCentimetres) {
+  const auto folder = test::SequenceFolder("dev_lab");
+  if (!folder.has_value()) GTEST_SKIP() << "recorded sequences are not on this machine (PLANAR_VSLAM_DATA)";
+  Expected<std::unique_ptr<Recording>> recording = OpenRecording(*folder, RecordingOptions{});
+  ASSERT_TRUE(recording.ok());
+  const PipelineOptions options;
+  SlamSystem system(options, (*recording)->info().camera, true, Schedule::kInline);
+  RunSettings settings;
+  settings.until = 40.0;
+  const Expected<RunResult> result = RunSession(**recording, system, settings);
+  ASSERT_TRUE(result.ok());
+  Trajectory estimate;
+  for (const auto& [stamp, T] : system.trajectory().Poses(*system.map())) estimate.push_back({stamp, T});
+  const Expected<TrajectoryErrors> errors =
+      EvaluateTrajectory(estimate, *ReadTrajectory(*folder / "groundtruth_base.txt"), EvaluationAlignment::kSe2);
+  ASSERT_TRUE(errors.ok());
+  EXPECT_LE(errors->ate.rmse, 0.05);
+}
+
+}  // namespace
+}  // namespace planar_vslam
