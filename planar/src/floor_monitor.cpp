@@ -8,7 +8,7 @@ namespace {
 // 7 sigma. A map's own tilt and bend reach 4 to 5 sigma on a flat floor with few landmarks; a street or a ramp of a few
 // degrees passes 7 within its first metres.
 constexpr double kReleaseSquared = 49.0;
-constexpr double kChi2ThreeDof90 = 6.251;   // chi-square, 3 dof, 90 %
+constexpr double kChi2ThreeDof90 = 6.251;  // chi-square, 3 dof, 90 %
 constexpr int kReleaseAfter = 3;
 constexpr int kResumeAfter = 10;
 

@@ -5,9 +5,9 @@
 namespace planar_vslam {
 namespace {
 
-constexpr std::uint32_t kRecentKeyframes = 3;   // a landmark is on probation this long
+constexpr std::uint32_t kRecentKeyframes = 3;  // a landmark is on probation this long
 constexpr std::size_t kProbationObservations = 3;
-constexpr std::size_t kOtherObservers = 3;      // others that must see a landmark for it to count as redundant
+constexpr std::size_t kOtherObservers = 3;  // others that must see a landmark for it to count as redundant
 
 // Whether at least kOtherObservers other keyframes see the landmark at the same or a finer scale.
 bool SeenElsewhere(const Map& map, const Landmark& landmark, KeyframeId keyframe, int octave) {
@@ -26,7 +26,8 @@ bool IsRedundant(const Map& map, KeyframeId id, const Keyframe& keyframe, double
     if (!keyframe.landmarks[i].valid()) continue;
     const Landmark& landmark = map.landmarks.At(keyframe.landmarks[i]);
     ++counted;
-    if (landmark.observations.size() > kOtherObservers && SeenElsewhere(map, landmark, id, keyframe.features->keypoints[i].octave)) {
+    if (landmark.observations.size() > kOtherObservers &&
+        SeenElsewhere(map, landmark, id, keyframe.features->keypoints[i].octave)) {
       ++redundant;
     }
   }
@@ -40,14 +41,16 @@ MapEdit CullRecentLandmarks(const Map& map, KeyframeId newest, const LocalMapper
   for (const auto& [id, landmark] : map.landmarks) {
     const std::uint32_t age = newest.value - landmark.created_by.value;
     if (age > kRecentKeyframes) continue;
-    const bool rarely_found = static_cast<double>(landmark.found) < options.min_found_ratio * landmark.predicted_visible;
+    const bool rarely_found =
+        static_cast<double>(landmark.found) < options.min_found_ratio * landmark.predicted_visible;
     const bool not_confirmed = age >= kRecentKeyframes && landmark.observations.size() < kProbationObservations;
     if (rarely_found || not_confirmed) erase.ids.push_back(id);
   }
   return {erase};
 }
 
-MapEdit CullKeyframes(const Map& map, KeyframeId newest, const LocalMapperOptions& options, std::vector<CulledKeyframe>* culled) {
+MapEdit CullKeyframes(const Map& map, KeyframeId newest, const LocalMapperOptions& options,
+                      std::vector<CulledKeyframe>* culled) {
   MapEdit edit;
   const KeyframeId first = map.keyframes.begin()->first;
   const std::optional<OdometryLink>& newest_link = map.keyframes.At(newest).odometry_link;
@@ -56,7 +59,8 @@ MapEdit CullKeyframes(const Map& map, KeyframeId newest, const LocalMapperOption
     if (id == first || id.value + 1 >= newest.value || (newest_link.has_value() && newest_link->from == id)) continue;
     const Keyframe& keyframe = map.keyframes.At(id);
     if (!IsRedundant(map, id, keyframe, options.redundancy)) continue;
-    const auto it = std::find_if(map.keyframes.begin(), map.keyframes.end(), [id](const auto& e) { return e.first == id; });
+    const auto it =
+        std::find_if(map.keyframes.begin(), map.keyframes.end(), [id](const auto& e) { return e.first == id; });
     const auto& [anchor, anchor_keyframe] = *std::prev(it);
     culled->push_back({id, anchor, anchor_keyframe.T_map_base.Inverse() * keyframe.T_map_base,
                        anchor_keyframe.T_base_camera, keyframe.T_base_camera});

@@ -39,7 +39,8 @@ bool SeenBy(const Landmark& landmark, KeyframeId keyframe) {
 
 }  // namespace
 
-MapEdit FuseInto(const Map& map, const std::vector<LandmarkId>& landmarks, KeyframeId target, const MapperContext& context) {
+MapEdit FuseInto(const Map& map, const std::vector<LandmarkId>& landmarks, KeyframeId target,
+                 const MapperContext& context) {
   const Keyframe& keyframe = map.keyframes.At(target);
   const Rigid3 T_map_camera = keyframe.T_map_camera();
   MapEdit edit;

@@ -47,7 +47,8 @@ std::vector<KeyframeId> WithNearby(const Map& map, KeyframeId id, std::vector<Ke
     if (other == id || std::find(neighbors.begin(), neighbors.end(), other) != neighbors.end()) continue;
     const Rigid3 T = keyframe.T_map_camera();
     const double distance = (T.translation - here.translation).norm();
-    if (distance < options.nearby_distance && axis.dot(T.rotation * Eigen::Vector3d::UnitZ()) > std::cos(kNearbyAngle)) {
+    if (distance < options.nearby_distance &&
+        axis.dot(T.rotation * Eigen::Vector3d::UnitZ()) > std::cos(kNearbyAngle)) {
       near.emplace_back(distance, other);
     }
   }
@@ -88,7 +89,8 @@ BundleRequest LocalRequest(const Map& map, KeyframeId newest, const LocalMapperO
   for (const auto& [id, keyframe] : map.keyframes) {
     if (votes[id.value] > 0 && !is_free(id)) border.push_back(id);
   }
-  std::stable_sort(border.begin(), border.end(), [&votes](KeyframeId a, KeyframeId b) { return votes[a.value] > votes[b.value]; });
+  std::stable_sort(border.begin(), border.end(),
+                   [&votes](KeyframeId a, KeyframeId b) { return votes[a.value] > votes[b.value]; });
   if (static_cast<int>(border.size()) > options.max_fixed) border.resize(static_cast<std::size_t>(options.max_fixed));
   std::sort(border.begin(), border.end());
   request.fixed_keyframes = border;
@@ -98,7 +100,8 @@ BundleRequest LocalRequest(const Map& map, KeyframeId newest, const LocalMapperO
   if (request.free_keyframes.front() == first || request.fixed_keyframes.empty()) {
     const KeyframeId held = request.free_keyframes.front();
     request.free_keyframes.erase(request.free_keyframes.begin());
-    request.fixed_keyframes.insert(std::lower_bound(request.fixed_keyframes.begin(), request.fixed_keyframes.end(), held), held);
+    request.fixed_keyframes.insert(
+        std::lower_bound(request.fixed_keyframes.begin(), request.fixed_keyframes.end(), held), held);
   }
   return request;
 }

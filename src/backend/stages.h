@@ -18,8 +18,10 @@ std::vector<LandmarkId> LandmarksSeen(const Keyframe& keyframe);
 MapEdit CullRecentLandmarks(const Map& map, KeyframeId newest, const LocalMapperOptions& options);
 MapEdit TriangulateWith(const Map& map, KeyframeId newest, KeyframeId neighbor, const MapperContext& context);
 // Projects `landmarks` into `target`: a free keypoint gains the observation, a taken one merges the two landmarks.
-MapEdit FuseInto(const Map& map, const std::vector<LandmarkId>& landmarks, KeyframeId target, const MapperContext& context);
+MapEdit FuseInto(const Map& map, const std::vector<LandmarkId>& landmarks, KeyframeId target,
+                 const MapperContext& context);
 BundleRequest LocalRequest(const Map& map, KeyframeId newest, const LocalMapperOptions& options);
-MapEdit CullKeyframes(const Map& map, KeyframeId newest, const LocalMapperOptions& options, std::vector<CulledKeyframe>* culled);
+MapEdit CullKeyframes(const Map& map, KeyframeId newest, const LocalMapperOptions& options,
+                      std::vector<CulledKeyframe>* culled);
 
 }  // namespace planar_vslam

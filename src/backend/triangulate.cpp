@@ -123,7 +123,8 @@ MapEdit TriangulateWith(const Map& map, KeyframeId newest, KeyframeId neighbor, 
     if (!a.Sees(p_map, ka) || !b.Sees(p_map, kb) || !ScaleAgrees(a, b, ka, kb, p_map)) continue;
     Landmark landmark;
     landmark.p_map = p_map;
-    landmark.observations = {{neighbor, static_cast<std::uint32_t>(m.second)}, {newest, static_cast<std::uint32_t>(m.first)}};
+    landmark.observations = {{neighbor, static_cast<std::uint32_t>(m.second)},
+                             {newest, static_cast<std::uint32_t>(m.first)}};
     std::sort(landmark.observations.begin(), landmark.observations.end(),
               [](const Observation& x, const Observation& y) { return x.keyframe < y.keyframe; });
     landmark.created_by = newest;

@@ -58,7 +58,8 @@ Expected<PipelineOptions> ReadOptions(const RunArguments& arguments) {
 RecordingOptions ToRecordingOptions(const PipelineOptions& options, const RunArguments& arguments) {
   RecordingOptions recording;
   const TopicOptions& topics = options.topics;
-  recording.bag = {topics.image, topics.camera_info, topics.odometry, topics.scan, topics.base_frame, topics.odom_frame};
+  recording.bag = {topics.image, topics.camera_info, topics.odometry,
+                   topics.scan,  topics.base_frame,  topics.odom_frame};
   if (!arguments.odometry.empty()) recording.odometry_file = arguments.odometry;
   recording.require_odometry = options.odometry == OdometryUse::kRequired;
   return recording;
@@ -78,10 +79,12 @@ void PrintSummary(const SlamSystem& system, const RunResult& result, const fs::p
                map->metric ? "metric" : "scale unknown (no metric claim)");
   }
   if (report.scale.has_value()) {
-    fmt::print("scale: {:.4f} by steps (paper), {:.4f} by centroids (applied)\n", report.scale->by_steps, report.scale->by_centroids);
+    fmt::print("scale: {:.4f} by steps (paper), {:.4f} by centroids (applied)\n", report.scale->by_steps,
+               report.scale->by_centroids);
   }
   for (const auto& [reason, number] : result.unused_input) fmt::print("unused: {} x {}\n", number, reason);
-  fmt::print("{:.1f} s of recording in {:.1f} s; results in {}\n", result.recorded_seconds, result.wall_seconds, out.string());
+  fmt::print("{:.1f} s of recording in {:.1f} s; results in {}\n", result.recorded_seconds, result.wall_seconds,
+             out.string());
 }
 
 // Asked before a long run rather than after it.
@@ -103,7 +106,8 @@ Expected<bool> SaveFinalMap(const SlamSystem& system, const CameraModel& camera,
 int Run(const RunArguments& arguments) {
   Expected<PipelineOptions> options = ReadOptions(arguments);
   if (!options.ok()) return Fail(kExitBadInput, options.error().message);
-  Expected<std::unique_ptr<Recording>> recording = OpenRecording(arguments.input, ToRecordingOptions(*options, arguments));
+  Expected<std::unique_ptr<Recording>> recording =
+      OpenRecording(arguments.input, ToRecordingOptions(*options, arguments));
   if (!recording.ok()) return Fail(kExitBadInput, recording.error().message);
   if (!arguments.save_map.empty()) {
     const Expected<bool> prepared = PrepareSaving(arguments.save_map);
@@ -111,12 +115,15 @@ int Run(const RunArguments& arguments) {
   }
   std::error_code failed;
   fs::create_directories(arguments.out, failed);
-  if (failed) return Fail(kExitBadInput, fmt::format("--out {}: cannot be created: {}", arguments.out.string(), failed.message()));
+  if (failed)
+    return Fail(kExitBadInput,
+                fmt::format("--out {}: cannot be created: {}", arguments.out.string(), failed.message()));
   const RecordingInfo& info = (*recording)->info();
   const bool use_odometry = info.has_odometry && options->odometry != OdometryUse::kOff;
   if (options->initializer.mode == InitializationMode::kOdometry && !use_odometry) {
     options->initializer.mode = InitializationMode::kVisual;
-    std::fprintf(stderr, "planar_vslam: no odometry in %s: initialising visually, scale stays unknown\n", arguments.input.c_str());
+    std::fprintf(stderr, "planar_vslam: no odometry in %s: initialising visually, scale stays unknown\n",
+                 arguments.input.c_str());
   }
   RunSettings settings;
   settings.deterministic = arguments.deterministic;
@@ -127,7 +134,8 @@ int Run(const RunArguments& arguments) {
   SlamSystem system(*options, info.camera, info.has_base_transform, schedule);
   const Expected<RunResult> result = RunSession(**recording, system, settings);
   if (!result.ok()) return Fail(kExitBadInput, result.error().message);
-  const Expected<bool> written = WriteRunOutputs(arguments.out, system, *result, *options, info.camera, arguments.deterministic);
+  const Expected<bool> written =
+      WriteRunOutputs(arguments.out, system, *result, *options, info.camera, arguments.deterministic);
   if (!written.ok()) return Fail(kExitFailure, written.error().message);
   if (!arguments.quiet) PrintSummary(system, *result, arguments.out);
   if (!arguments.save_map.empty()) {
@@ -141,16 +149,24 @@ int Run(const RunArguments& arguments) {
 
 void AddRun(CLI::App& app, int* exit_code) {
   auto arguments = std::make_shared<RunArguments>();
-  CLI::App* command = app.add_subcommand("run", "Process a rosbag or a dataset folder into trajectory, map and costmap");
-  command->add_option("input", arguments->input, "rosbag (v2), or folder in the shared, TUM-RGBD or KITTI layout")->required();
+  CLI::App* command =
+      app.add_subcommand("run", "Process a rosbag or a dataset folder into trajectory, map and costmap");
+  command->add_option("input", arguments->input, "rosbag (v2), or folder in the shared, TUM-RGBD or KITTI layout")
+      ->required();
   command->add_option("--out", arguments->out, "Folder for the results")->required();
   command->add_option("--save-map", arguments->save_map, "Save the map here too, beside DIR/map.pvm");
   command->add_option("--config", arguments->config, "YAML configuration");
-  command->add_option("--set", arguments->assignments, "Override one configuration value: key=value")->allow_extra_args(false);
+  command->add_option("--set", arguments->assignments, "Override one configuration value: key=value")
+      ->allow_extra_args(false);
   command->add_option("--odometry", arguments->odometry, "Dataset folders: another odometry file");
-  command->add_option("--rate", arguments->rate, "Play at this many times real time, dropping frames as a live robot would")->check(CLI::PositiveNumber);
-  command->add_option("--until", arguments->until, "Stop this many seconds after the first image")->check(CLI::PositiveNumber);
-  command->add_flag("--deterministic", arguments->deterministic, "Single-threaded schedule; outputs identical to the byte from run to run");
+  command
+      ->add_option("--rate", arguments->rate,
+                   "Play at this many times real time, dropping frames as a live robot would")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--until", arguments->until, "Stop this many seconds after the first image")
+      ->check(CLI::PositiveNumber);
+  command->add_flag("--deterministic", arguments->deterministic,
+                    "Single-threaded schedule; outputs identical to the byte from run to run");
   command->add_flag("--quiet", arguments->quiet, "No progress bar, no summary");
   command->callback([arguments, exit_code] { *exit_code = Run(*arguments); });
 }

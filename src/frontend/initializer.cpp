@@ -33,7 +33,8 @@ std::vector<Eigen::Vector2f> RotationCompensated(const FrameFeatures& features, 
   return predicted;
 }
 
-double SquaredPixelError(const CameraModel& camera, const Eigen::Vector3d& p_camera, const Keypoint& keypoint, double sigma) {
+double SquaredPixelError(const CameraModel& camera, const Eigen::Vector3d& p_camera, const Keypoint& keypoint,
+                         double sigma) {
   return (camera.ProjectUndistorted(p_camera) - keypoint.pixel.cast<double>()).squaredNorm() / (sigma * sigma);
 }
 
@@ -78,10 +79,9 @@ InitializerReport Initializer::TryOdometry(const InitializerInput& input) {
   }
   const Eigen::Matrix3d R_c2_c1 = T_c1_c2.R().transpose();
   MatchOptions match_options;
-  const std::vector<FeatureMatch> matches =
-      MatchWithinRadius(*first_->features, *input.features,
-                        RotationCompensated(*first_->features, bundle_.camera, R_c2_c1),
-                        static_cast<float>(options_.search_radius), 1, match_options);
+  const std::vector<FeatureMatch> matches = MatchWithinRadius(
+      *first_->features, *input.features, RotationCompensated(*first_->features, bundle_.camera, R_c2_c1),
+      static_cast<float>(options_.search_radius), 1, match_options);
   if (static_cast<int>(matches.size()) < options_.min_matches) {
     return Restart(input, "enough features in common between two images");
   }
@@ -96,7 +96,8 @@ InitializerReport Initializer::TryOdometry(const InitializerInput& input) {
     const double cosine = ray1.normalized().dot((T_c1_c2.rotation * ray2).normalized());
     parallaxes.push_back(std::acos(std::clamp(cosine, -1.0, 1.0)));
     pairs.emplace_back(m.first, m.second);
-    points.push_back(parallaxes.back() >= options_.min_parallax ? TriangulateTwoRays(ray1, ray2, T_c1_c2) : std::nullopt);
+    points.push_back(parallaxes.back() >= options_.min_parallax ? TriangulateTwoRays(ray1, ray2, T_c1_c2)
+                                                                : std::nullopt);
   }
   if (Median(parallaxes) < options_.min_median_parallax) {
     return {std::nullopt, "parallax: drive on, sideways if possible"};
@@ -129,7 +130,8 @@ InitializerReport Initializer::TryVisual(const InitializerInput& input) {
   const CameraModel& c = bundle_.camera;
   constexpr std::uint32_t kSeed = 1;
   TwoViewResult motion = EstimateTwoViewMotion(pixels1, pixels2, c.fx, c.fy, c.cx, c.cy, two_view, kSeed);
-  if (motion.status != TwoViewStatus::kOk) return {std::nullopt, "a clear motion between two images, sideways if possible"};
+  if (motion.status != TwoViewStatus::kOk)
+    return {std::nullopt, "a clear motion between two images, sideways if possible"};
   std::vector<double> depths;
   for (const auto& p : motion.points) {
     if (p.has_value()) depths.push_back(p->z());
@@ -151,7 +153,9 @@ InitializerReport Initializer::Finish(const InitializerInput& input, const Rigid
   const KeyframeId id1{0}, id2{1};
   Keyframe k1{first_->stamp, Rigid3(), first_->T_base_camera, first_->features, {}, {}};
   k1.landmarks.resize(first_->features->keypoints.size());
-  Keyframe k2{input.stamp, k1.T_base_camera * T_c1_c2 * input.T_base_camera.Inverse(), input.T_base_camera, input.features, {}, {}};
+  Keyframe k2{
+      input.stamp, k1.T_base_camera * T_c1_c2 * input.T_base_camera.Inverse(), input.T_base_camera, input.features, {},
+      {}};
   k2.landmarks.resize(input.features->keypoints.size());
   if (first_->odometry.seconds > 0.0) k2.odometry_link = OdometryLink{id1, first_->odometry};
   MapEdit edit{AddKeyframe{id1, k1}, AddKeyframe{id2, k2}};

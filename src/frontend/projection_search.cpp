@@ -6,8 +6,8 @@
 namespace planar_vslam {
 namespace {
 
-constexpr double kFrontalCos = 0.998;           // within 3.6 degrees the projected patch barely changes
-constexpr double kFrontalRadiusShare = 0.625;   // so the window may be smaller
+constexpr double kFrontalCos = 0.998;          // within 3.6 degrees the projected patch barely changes
+constexpr double kFrontalRadiusShare = 0.625;  // so the window may be smaller
 
 struct BestTwo {
   int best = 257, second = 257;
@@ -40,8 +40,8 @@ BestTwo FindBestTwo(const Landmark& landmark, const FrameFeatures& features, con
 }  // namespace
 
 void SearchByProjection(const Map& map, const std::vector<LandmarkId>& candidates, const Rigid3& T_map_camera,
-                        const CameraModel& camera, const FrameFeatures& features, const ProjectionSearchOptions& options,
-                        FrameMatches* matches) {
+                        const CameraModel& camera, const FrameFeatures& features,
+                        const ProjectionSearchOptions& options, FrameMatches* matches) {
   matches->landmarks.resize(features.keypoints.size());
   std::vector<LandmarkId> already;
   for (const LandmarkId id : matches->landmarks) {

@@ -39,8 +39,9 @@ Correspondences MatchToKeyframe(const Map& map, const Keyframe& keyframe, const 
 
 }  // namespace
 
-std::optional<RelocalizationHypothesis> RelocalizeAgainst(const Map& map, KeyframeId keyframe, const FrameFeatures& features,
-                                                          const CameraModel& camera, const RelocalizerOptions& options) {
+std::optional<RelocalizationHypothesis> RelocalizeAgainst(const Map& map, KeyframeId keyframe,
+                                                          const FrameFeatures& features, const CameraModel& camera,
+                                                          const RelocalizerOptions& options) {
   const Correspondences c = MatchToKeyframe(map, map.keyframes.At(keyframe), features);
   if (static_cast<int>(c.points.size()) < options.min_matches) return std::nullopt;
   const cv::Mat K = (cv::Mat_<double>(3, 3) << camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1);
@@ -49,10 +50,11 @@ std::optional<RelocalizationHypothesis> RelocalizeAgainst(const Map& map, Keyfra
   constexpr double kConfidence = 0.99;
   // OpenCV seeds the generator of each call itself, so equal input gives equal output.
   const bool found = cv::solvePnPRansac(c.points, c.pixels, K, cv::noArray(), rotation_vector, translation, false,
-                                        options.ransac_iterations, static_cast<float>(options.reprojection), kConfidence,
-                                        inliers, cv::SOLVEPNP_EPNP);
+                                        options.ransac_iterations, static_cast<float>(options.reprojection),
+                                        kConfidence, inliers, cv::SOLVEPNP_EPNP);
   if (!found || static_cast<int>(inliers.size()) < options.min_inliers) return std::nullopt;
-  const Eigen::Vector3d phi(rotation_vector.at<double>(0), rotation_vector.at<double>(1), rotation_vector.at<double>(2));
+  const Eigen::Vector3d phi(rotation_vector.at<double>(0), rotation_vector.at<double>(1),
+                            rotation_vector.at<double>(2));
   const Eigen::Vector3d t(translation.at<double>(0), translation.at<double>(1), translation.at<double>(2));
   RelocalizationHypothesis hypothesis;
   hypothesis.T_map_camera = Rigid3(ExpSo3(phi), t).Inverse();

@@ -118,7 +118,8 @@ bool Tracker::EnoughInliers(const Prediction& prediction, const TrackResult& res
 
 bool Tracker::UsesFloor(const Map& map) const { return map.metric && context_.planar.mode != PlanarMode::kOff; }
 
-std::vector<PoseObservation> Tracker::Observations(const TrackInput& input, const Map& map, const FrameMatches& matches) const {
+std::vector<PoseObservation> Tracker::Observations(const TrackInput& input, const Map& map,
+                                                   const FrameMatches& matches) const {
   std::vector<PoseObservation> observations;
   observations.reserve(static_cast<std::size_t>(matches.count));
   for (std::size_t i = 0; i < matches.landmarks.size(); ++i) {
@@ -145,7 +146,8 @@ PoseOnlyProblem Tracker::MakeProblem(const TrackInput& input, const Map& map, co
   return problem;
 }
 
-bool Tracker::Optimize(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result) const {
+bool Tracker::Optimize(const TrackInput& input, const Map& map, const Prediction& prediction,
+                       TrackResult* result) const {
   std::vector<PoseObservation> observations = Observations(input, map, result->matches);
   PoseOnlyProblem problem = MakeProblem(input, map, prediction, result->T_map_base);
   PoseOnlyResult pose = OptimizePose(problem, &observations);
@@ -171,7 +173,8 @@ bool Tracker::Optimize(const TrackInput& input, const Map& map, const Prediction
   return EnoughInliers(prediction, *result);
 }
 
-void Tracker::TestFloor(const TrackInput& input, const Map& map, const Prediction& prediction, const TrackResult& result) {
+void Tracker::TestFloor(const TrackInput& input, const Map& map, const Prediction& prediction,
+                        const TrackResult& result) {
   if (!UsesFloor(map)) return;
   std::vector<PoseObservation> observations = Observations(input, map, result.matches);
   PoseOnlyProblem problem = MakeProblem(input, map, prediction, result.T_map_base);
@@ -182,7 +185,8 @@ void Tracker::TestFloor(const TrackInput& input, const Map& map, const Predictio
   floor_.Add(FloorDistance(pose.T_map_base, covariance, problem.sigma_height, problem.sigma_tilt));
 }
 
-bool Tracker::TrackLastFrame(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result) const {
+bool Tracker::TrackLastFrame(const TrackInput& input, const Map& map, const Prediction& prediction,
+                             TrackResult* result) const {
   if (!visually_tracked_) return false;
   constexpr int kEnoughMatches = 20;
   for (const double widen : {1.0, 2.5}) {
@@ -200,7 +204,8 @@ bool Tracker::TrackLastFrame(const TrackInput& input, const Map& map, const Pred
 
 // The map projected around the prediction, window by the prediction's covariance; without odometry, the latest
 // keyframes and those nearest to where the camera was, one by one.
-bool Tracker::Rematch(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result) const {
+bool Tracker::Rematch(const TrackInput& input, const Map& map, const Prediction& prediction,
+                      TrackResult* result) const {
   const Rigid3 T_map_camera = prediction.T_map_base * input.T_base_camera;
   std::vector<KeyframeId> keyframes =
       NearbyKeyframes(map, T_map_camera, map.metric ? 2.0 * context_.options.nearby_distance : 1e9,
@@ -211,7 +216,8 @@ bool Tracker::Rematch(const TrackInput& input, const Map& map, const Prediction&
     constexpr double kTypicalDepth = 3.0;  // m, turns a position error into pixels
     const double sigma_px = context_.camera.fx * std::hypot(heading_sigma, position_sigma / kTypicalDepth);
     ProjectionSearchOptions search;
-    search.radius = std::clamp(3.0 * sigma_px, context_.options.frame_search_radius, context_.options.rematch_radius_max);
+    search.radius =
+        std::clamp(3.0 * sigma_px, context_.options.frame_search_radius, context_.options.rematch_radius_max);
     search.ratio = 0.75;
     search.max_distance = 60;
     result->matches = FrameMatches{};
@@ -236,12 +242,13 @@ bool Tracker::Rematch(const TrackInput& input, const Map& map, const Prediction&
   return false;
 }
 
-// On odometry that the map around it does not confirm (a slip while blind, a kidnapped robot): poses found by descriptor
-// matching alone are held back until three in a row agree through odometry.
-bool Tracker::ConfirmHypothesis(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result) {
-  constexpr double kSearchDistance = 3.0;                      // m around the odometry pose
+// On odometry that the map around it does not confirm (a slip while blind, a kidnapped robot): poses found by
+// descriptor matching alone are held back until three in a row agree through odometry.
+bool Tracker::ConfirmHypothesis(const TrackInput& input, const Map& map, const Prediction& prediction,
+                                TrackResult* result) {
+  constexpr double kSearchDistance = 3.0;  // m around the odometry pose
   constexpr double kSearchAngle = DegreesToRadians(60.0);
-  constexpr double kAgreePosition = 0.10;                      // m
+  constexpr double kAgreePosition = 0.10;  // m
   constexpr double kAgreeAngle = DegreesToRadians(3.0);
   constexpr int kConfirmations = 3;
   constexpr std::size_t kCandidates = 3;
@@ -267,12 +274,14 @@ bool Tracker::ConfirmHypothesis(const TrackInput& input, const Map& map, const P
   return false;
 }
 
-bool Tracker::TrackLocalMap(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result) const {
+bool Tracker::TrackLocalMap(const TrackInput& input, const Map& map, const Prediction& prediction,
+                            TrackResult* result) const {
   std::vector<KeyframeId> local =
       VotedKeyframes(map, result->matches.landmarks, static_cast<std::size_t>(context_.options.local_keyframes));
   if (map.metric) {
-    const std::vector<KeyframeId> near = NearbyKeyframes(map, result->T_map_base * input.T_base_camera,
-                                                         context_.options.nearby_distance, context_.options.nearby_angle, 10);
+    const std::vector<KeyframeId> near =
+        NearbyKeyframes(map, result->T_map_base * input.T_base_camera, context_.options.nearby_distance,
+                        context_.options.nearby_angle, 10);
     local.insert(local.end(), near.begin(), near.end());
   }
   ProjectionSearchOptions search;

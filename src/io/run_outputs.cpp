@@ -49,8 +49,9 @@ Expected<bool> WriteText(const fs::path& path, const std::string& text) {
 std::string StatusCsv(const RunResult& result, bool deterministic) {
   std::string text = "t,state,inliers,keyframe,ms\n";
   for (const FrameReport& f : result.frames) {
-    text += fmt::format("{}.{:09d},{},{},{},{:.3f}\n", f.stamp.nanoseconds / 1000000000, f.stamp.nanoseconds % 1000000000,
-                        ToString(f.state), f.inliers, f.keyframe ? 1 : 0, deterministic ? 0.0 : f.total_ms);
+    text +=
+        fmt::format("{}.{:09d},{},{},{},{:.3f}\n", f.stamp.nanoseconds / 1000000000, f.stamp.nanoseconds % 1000000000,
+                    ToString(f.state), f.inliers, f.keyframe ? 1 : 0, deterministic ? 0.0 : f.total_ms);
   }
   return text;
 }
@@ -88,7 +89,8 @@ Json ReportJson(const SlamSystem& system, const RunResult& result, const Pipelin
   const SystemReport& report = system.report();
   const std::shared_ptr<const Map> map = system.map();
   Json json;
-  for (const FrameState state : {FrameState::kInitializing, FrameState::kTracking, FrameState::kRelocalized, FrameState::kOdometry, FrameState::kLost}) {
+  for (const FrameState state : {FrameState::kInitializing, FrameState::kTracking, FrameState::kRelocalized,
+                                 FrameState::kOdometry, FrameState::kLost}) {
     const auto it = report.frames.find(state);
     json["frames"][ToString(state)] = it == report.frames.end() ? 0 : it->second;
   }
@@ -96,20 +98,25 @@ Json ReportJson(const SlamSystem& system, const RunResult& result, const Pipelin
   json["frames_dropped"] = result.frames_dropped;
   json["recorded_seconds"] = result.recorded_seconds;
   json["initialized_after_seconds"] = report.initialized.has_value() && !result.frames.empty()
-                                          ? Json(SecondsBetween(result.frames.front().stamp, *report.initialized)) : Json(nullptr);
+                                          ? Json(SecondsBetween(result.frames.front().stamp, *report.initialized))
+                                          : Json(nullptr);
   if (map == nullptr && !result.frames.empty()) json["waiting_for"] = result.frames.back().waiting_for;
   json["metric"] = map != nullptr && map->metric;
   json["scale"] = nullptr;
   if (report.scale.has_value()) {
-    json["scale"] = {{"by_steps", report.scale->by_steps}, {"by_centroids", report.scale->by_centroids},
-                     {"applied", "by_centroids"}, {"keyframe", report.scale->keyframe.value}, {"t", report.scale->stamp.Seconds()}};
+    json["scale"] = {{"by_steps", report.scale->by_steps},
+                     {"by_centroids", report.scale->by_centroids},
+                     {"applied", "by_centroids"},
+                     {"keyframe", report.scale->keyframe.value},
+                     {"t", report.scale->stamp.Seconds()}};
   }
   json["keyframes"] = map != nullptr ? map->keyframes.size() : 0;
   json["keyframes_made"] = report.keyframes_made;
   json["keyframes_culled"] = report.keyframes_culled;
   json["points"] = map != nullptr ? map->landmarks.size() : 0;
-  json["keyframes_off_floor"] = map == nullptr ? 0 : std::count_if(map->keyframes.begin(), map->keyframes.end(),
-                                                                   [](const auto& e) { return !e.second.on_floor; });
+  json["keyframes_off_floor"] = map == nullptr ? 0
+                                               : std::count_if(map->keyframes.begin(), map->keyframes.end(),
+                                                               [](const auto& e) { return !e.second.on_floor; });
   json["odometry_rejected"] = report.odometry_rejected;
   json["unused_input"] = result.unused_input.empty() ? Json(Json::object()) : Json(result.unused_input);
   if (!deterministic) json["timing"] = Timing(result);
@@ -117,12 +124,14 @@ Json ReportJson(const SlamSystem& system, const RunResult& result, const Pipelin
   return json;
 }
 
-Expected<bool> WriteMaps(const fs::path& folder, const SlamSystem& system, const PipelineOptions& options, const CameraModel& camera) {
+Expected<bool> WriteMaps(const fs::path& folder, const SlamSystem& system, const PipelineOptions& options,
+                         const CameraModel& camera) {
   const Map& map = *system.map();
   if (Expected<bool> done = SaveMap(map, camera, folder / "map.pvm"); !done.ok()) return done;
   if (Expected<bool> done = WritePcd(LandmarkCloud(map), folder / "points.pcd"); !done.ok()) return done;
   if (!map.metric) return true;
-  const MapBuilder builder = BuildNavigationMap(map, system.trajectory(), system.scans(), camera, options.mapping2d, LandmarkAcceptance{});
+  const MapBuilder builder =
+      BuildNavigationMap(map, system.trajectory(), system.scans(), camera, options.mapping2d, LandmarkAcceptance{});
   if (Expected<bool> done = builder.WriteOctomap(folder / "map.bt"); !done.ok()) return done;
   return WriteMapServerFiles(builder.Grid(), folder / "map.yaml");
 }
@@ -140,7 +149,10 @@ Expected<bool> WriteRunOutputs(const fs::path& folder, const SlamSystem& system,
   for (const auto& [name, poses] : {std::pair("trajectory.txt", &trajectory), std::pair("keyframes.txt", &keyframes)}) {
     if (Expected<bool> done = WriteTrajectory(*poses, folder / name); !done.ok()) return done;
   }
-  if (Expected<bool> done = WriteTrajectory(LiveTrajectory(result, map != nullptr && map->metric), folder / "trajectory_live.txt"); !done.ok()) return done;
+  if (Expected<bool> done =
+          WriteTrajectory(LiveTrajectory(result, map != nullptr && map->metric), folder / "trajectory_live.txt");
+      !done.ok())
+    return done;
   if (system.report().scale.has_value()) {
     const Trajectory cameras = ToTrajectory(system.report().scale->unscaled_cameras);
     if (Expected<bool> done = WriteTrajectory(cameras, folder / "scale_cameras.txt"); !done.ok()) return done;

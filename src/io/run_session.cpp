@@ -14,7 +14,9 @@ using Clock = std::chrono::steady_clock;
 double CpuSeconds() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
-  const auto seconds = [](const timeval& t) { return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec); };
+  const auto seconds = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+  };
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
@@ -47,7 +49,11 @@ class Pace {
 class Session {
  public:
   Session(Recording& recording, SlamSystem& system, const RunSettings& settings)
-      : recording_(recording), system_(system), settings_(settings), synchronizer_(recording.info().has_odometry), pace_(settings.rate) {}
+      : recording_(recording),
+        system_(system),
+        settings_(settings),
+        synchronizer_(recording.info().has_odometry),
+        pace_(settings.rate) {}
 
   Expected<RunResult> Run() {
     const auto wall_start = Clock::now();
@@ -88,7 +94,9 @@ class Session {
       }
       PrependMeasurements(&*packet);
       result_.frames.push_back(system_.Process(*packet));
-      if (settings_.progress) settings_.progress(static_cast<long>(result_.frames.size()) + result_.frames_dropped, recording_.info().image_count);
+      if (settings_.progress)
+        settings_.progress(static_cast<long>(result_.frames.size()) + result_.frames_dropped,
+                           recording_.info().image_count);
     }
   }
 
@@ -107,7 +115,8 @@ class Session {
     if (kept_->T_odom_base.has_value() && packet->T_odom_base.has_value()) {
       const Rigid2 T_new_old = packet->T_odom_base->Inverse() * *kept_->T_odom_base;
       for (ScanPacket& scan : scans) scan.T_frame_base = T_new_old * scan.T_frame_base;
-      packet->scans.insert(packet->scans.begin(), std::make_move_iterator(scans.begin()), std::make_move_iterator(scans.end()));
+      packet->scans.insert(packet->scans.begin(), std::make_move_iterator(scans.begin()),
+                           std::make_move_iterator(scans.end()));
     }
     kept_.reset();
   }

@@ -31,7 +31,8 @@ class BundleProblem {
     std::merge(request.free_keyframes.begin(), request.free_keyframes.end(), request.fixed_keyframes.begin(),
                request.fixed_keyframes.end(), std::back_inserter(keyframes_));
     blocks_.resize(keyframes_.size() * kPoseBlockSize + request.landmarks.size() * 3);
-    for (std::size_t i = 0; i < keyframes_.size(); ++i) StorePose(map.keyframes.At(keyframes_[i]).T_map_base, PoseBlock(i));
+    for (std::size_t i = 0; i < keyframes_.size(); ++i)
+      StorePose(map.keyframes.At(keyframes_[i]).T_map_base, PoseBlock(i));
     for (std::size_t i = 0; i < request.landmarks.size(); ++i) {
       const Landmark& landmark = map.landmarks.At(request.landmarks[i]);
       Eigen::Map<Eigen::Vector3d>(PointBlock(i)) = landmark.p_map;
@@ -76,10 +77,12 @@ class BundleProblem {
       const double* pose = PoseBlock(o.keyframe);
       const Keyframe& keyframe = map_.keyframes.At(keyframes_[o.keyframe]);
       const Rigid3 T_map_camera = LoadPose(pose) * keyframe.T_base_camera;
-      const Eigen::Vector3d p_camera = T_map_camera.Inverse() * Eigen::Vector3d(Eigen::Map<const Eigen::Vector3d>(PointBlock(o.landmark)));
+      const Eigen::Vector3d p_camera =
+          T_map_camera.Inverse() * Eigen::Vector3d(Eigen::Map<const Eigen::Vector3d>(PointBlock(o.landmark)));
       const Keypoint& keypoint = KeypointOf(o);
       o.inlier = p_camera.z() > kMinDepth &&
-                 ((context_.camera.ProjectUndistorted(p_camera) - keypoint.pixel.cast<double>()) / Sigma(keypoint)).squaredNorm() <= kChi2TwoDof95;
+                 ((context_.camera.ProjectUndistorted(p_camera) - keypoint.pixel.cast<double>()) / Sigma(keypoint))
+                         .squaredNorm() <= kChi2TwoDof95;
     }
   }
 
@@ -144,7 +147,8 @@ class BundleProblem {
   void AddReprojections(ceres::Problem* problem) {
     for (std::size_t i = 0; i < observations_.size(); ++i) {
       const BlockObservation& o = observations_[i];
-      if (o.inlier) problem->AddResidualBlock(&reprojections_[i], &pixel_loss_, PoseBlock(o.keyframe), PointBlock(o.landmark));
+      if (o.inlier)
+        problem->AddResidualBlock(&reprojections_[i], &pixel_loss_, PoseBlock(o.keyframe), PointBlock(o.landmark));
     }
   }
 

@@ -26,7 +26,8 @@ bool ReprojectionFactor::Evaluate(double const* const* parameters, double* resid
   const double inverse_z = in_front ? 1.0 / p.z() : 0.0;
   Eigen::Map<Eigen::Vector2d> residual(residuals);
   if (in_front) {
-    residual = inverse_sigma_ * (Eigen::Vector2d(fx_ * p.x() * inverse_z + cx_, fy_ * p.y() * inverse_z + cy_) - pixel_);
+    residual =
+        inverse_sigma_ * (Eigen::Vector2d(fx_ * p.x() * inverse_z + cx_, fy_ * p.y() * inverse_z + cy_) - pixel_);
   } else {
     residual.setZero();
   }

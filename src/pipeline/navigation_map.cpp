@@ -21,9 +21,10 @@ double WidestParallax(const Map& map, const Landmark& landmark) {
 }
 
 // Depth sigma of a ray intersection: the pixel's angle times distance over the sine of the parallax.
-std::optional<double> AcceptedDepthSigma(const Map& map, const Landmark& landmark, double distance, const CameraModel& camera,
-                                         const LandmarkAcceptance& a) {
-  if (static_cast<int>(landmark.observations.size()) < a.min_observations || landmark.p_map.z() < a.min_height) return std::nullopt;
+std::optional<double> AcceptedDepthSigma(const Map& map, const Landmark& landmark, double distance,
+                                         const CameraModel& camera, const LandmarkAcceptance& a) {
+  if (static_cast<int>(landmark.observations.size()) < a.min_observations || landmark.p_map.z() < a.min_height)
+    return std::nullopt;
   const double parallax = WidestParallax(map, landmark);
   if (parallax < a.min_parallax) return std::nullopt;
   const double sigma = distance * (a.pixel_sigma / camera.fx) / std::sin(std::min(parallax, M_PI / 2.0));
@@ -31,7 +32,8 @@ std::optional<double> AcceptedDepthSigma(const Map& map, const Landmark& landmar
   return sigma;
 }
 
-PosedPoints PointsSeenBy(const Map& map, const Keyframe& keyframe, const CameraModel& camera, const LandmarkAcceptance& a) {
+PosedPoints PointsSeenBy(const Map& map, const Keyframe& keyframe, const CameraModel& camera,
+                         const LandmarkAcceptance& a) {
   PosedPoints points;
   points.camera_in_map = keyframe.T_map_camera().translation;
   for (const LandmarkId id : keyframe.landmarks) {
@@ -46,11 +48,13 @@ PosedPoints PointsSeenBy(const Map& map, const Keyframe& keyframe, const CameraM
 
 }  // namespace
 
-MapBuilder BuildNavigationMap(const Map& map, const TrajectoryRecorder& trajectory, const std::vector<AnchoredScan>& scans,
-                              const CameraModel& camera, const MapBuilderOptions& options, const LandmarkAcceptance& acceptance) {
+MapBuilder BuildNavigationMap(const Map& map, const TrajectoryRecorder& trajectory,
+                              const std::vector<AnchoredScan>& scans, const CameraModel& camera,
+                              const MapBuilderOptions& options, const LandmarkAcceptance& acceptance) {
   MapBuilder builder(options);
   if (!map.metric) return builder;
-  for (const auto& [id, keyframe] : map.keyframes) builder.InsertPoints(PointsSeenBy(map, keyframe, camera, acceptance));
+  for (const auto& [id, keyframe] : map.keyframes)
+    builder.InsertPoints(PointsSeenBy(map, keyframe, camera, acceptance));
   const std::vector<std::pair<Timestamp, Rigid3>> poses = trajectory.Poses(map);
   for (const AnchoredScan& scan : scans) {
     // The laser sweeps in the plane of the floor: sway of the body is not its own.
@@ -67,7 +71,8 @@ std::vector<CloudPoint> LandmarkCloud(const Map& map) {
   cloud.reserve(map.landmarks.size());
   for (const auto& [id, landmark] : map.landmarks) {
     const Eigen::Vector3d towards = -landmark.view_direction;
-    cloud.push_back({landmark.p_map.cast<float>(), towards.cast<float>(), static_cast<float>(landmark.observations.size())});
+    cloud.push_back(
+        {landmark.p_map.cast<float>(), towards.cast<float>(), static_cast<float>(landmark.observations.size())});
   }
   return cloud;
 }

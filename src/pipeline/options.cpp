@@ -21,9 +21,10 @@ struct Field {
 class FieldList {
  public:
   void Add(const std::string& key, double& value, double unit = 1.0) {
-    fields_.push_back({key, "a number",
-                       [&value, unit](const std::string& text) { return Parse<double>(text, [&](double v) { value = v * unit; }); },
-                       [&value, unit] { return fmt::format("{:.9g}", value / unit); }});
+    fields_.push_back(
+        {key, "a number",
+         [&value, unit](const std::string& text) { return Parse<double>(text, [&](double v) { value = v * unit; }); },
+         [&value, unit] { return fmt::format("{:.9g}", value / unit); }});
   }
   void AddDegrees(const std::string& key, double& radians) { Add(key, radians, DegreesToRadians(1.0)); }
   void Add(const std::string& key, int& value) {
@@ -37,7 +38,12 @@ class FieldList {
                        [&value] { return value ? "true" : "false"; }});
   }
   void Add(const std::string& key, std::string& value) {
-    fields_.push_back({key, "a text", [&value](const std::string& text) { value = text; return true; }, [&value] { return value; }});
+    fields_.push_back({key, "a text",
+                       [&value](const std::string& text) {
+                         value = text;
+                         return true;
+                       },
+                       [&value] { return value; }});
   }
   template <class Enum>
   void Add(const std::string& key, Enum& value, const std::map<std::string, Enum>& names) {
@@ -51,7 +57,8 @@ class FieldList {
                          return true;
                        },
                        [&value, names] {
-                         const auto it = std::find_if(names.begin(), names.end(), [&value](const auto& n) { return n.second == value; });
+                         const auto it = std::find_if(names.begin(), names.end(),
+                                                      [&value](const auto& n) { return n.second == value; });
                          return it->first;
                        }});
   }
@@ -77,7 +84,9 @@ void AddFrontEnd(PipelineOptions& o, FieldList* f) {
   f->Add("orb.fast_threshold", o.orb.fast_threshold);
   f->Add("orb.fast_min_threshold", o.orb.fast_min_threshold);
   f->Add("orb.cell_pixels", o.orb.cell_pixels);
-  f->Add("init", o.initializer.mode, std::map<std::string, InitializationMode>{{"odometry", InitializationMode::kOdometry}, {"visual", InitializationMode::kVisual}});
+  f->Add("init", o.initializer.mode,
+         std::map<std::string, InitializationMode>{{"odometry", InitializationMode::kOdometry},
+                                                   {"visual", InitializationMode::kVisual}});
   f->Add("initializer.min_features", o.initializer.min_features);
   f->Add("initializer.min_matches", o.initializer.min_matches);
   f->Add("initializer.min_points", o.initializer.min_points);
@@ -128,7 +137,9 @@ void AddBackEnd(PipelineOptions& o, FieldList* f) {
 }
 
 void AddPlanar(PipelineOptions& o, FieldList* f) {
-  f->Add("odometry", o.odometry, std::map<std::string, OdometryUse>{{"auto", OdometryUse::kAuto}, {"required", OdometryUse::kRequired}, {"off", OdometryUse::kOff}});
+  f->Add("odometry", o.odometry,
+         std::map<std::string, OdometryUse>{
+             {"auto", OdometryUse::kAuto}, {"required", OdometryUse::kRequired}, {"off", OdometryUse::kOff}});
   OdometryNoise& n = o.odometry_noise;
   f->Add("odometry_noise.along_per_sqrt_meter", n.along_per_sqrt_meter);
   f->Add("odometry_noise.across_per_sqrt_meter", n.across_per_sqrt_meter);
@@ -141,7 +152,8 @@ void AddPlanar(PipelineOptions& o, FieldList* f) {
   f->Add("odometry_noise.height_floor", n.height_floor);
   f->AddDegrees("odometry_noise.tilt_per_sqrt_meter_deg", n.tilt_per_sqrt_meter);
   f->AddDegrees("odometry_noise.tilt_floor_deg", n.tilt_floor);
-  f->Add("planar.mode", o.planar.mode, std::map<std::string, PlanarMode>{{"off", PlanarMode::kOff}, {"soft", PlanarMode::kSoft}});
+  f->Add("planar.mode", o.planar.mode,
+         std::map<std::string, PlanarMode>{{"off", PlanarMode::kOff}, {"soft", PlanarMode::kSoft}});
   f->Add("planar.sigma_height", o.planar.sigma_height);
   f->AddDegrees("planar.sigma_tilt_deg", o.planar.sigma_tilt);
 }

@@ -69,7 +69,8 @@ const char* ToString(FrameState state) {
   return "lost";
 }
 
-SlamSystem::SlamSystem(const PipelineOptions& options, const CameraModel& camera, bool has_base_transform, Schedule schedule)
+SlamSystem::SlamSystem(const PipelineOptions& options, const CameraModel& camera, bool has_base_transform,
+                       Schedule schedule)
     : options_(options),
       camera_(camera),
       bundle_(MakeBundleContext(options, camera, has_base_transform)),
@@ -156,7 +157,8 @@ void SlamSystem::PlaceEarlyFrames() {
     const bool is_first = frame.stamp == origin, is_second = frame.stamp == second_keyframe.stamp;
     if (!map_->metric && !is_first && !is_second) continue;
     const Rigid3 T_first_frame = is_first ? Rigid3() : Embed3(T_start_first.Inverse() * T_start_frame);
-    trajectory_.Add({frame.stamp, is_second ? second : first, is_second ? Rigid3() : T_first_frame, frame.T_base_camera});
+    trajectory_.Add(
+        {frame.stamp, is_second ? second : first, is_second ? Rigid3() : T_first_frame, frame.T_base_camera});
   }
   before_map_.clear();
 }
@@ -177,7 +179,8 @@ void SlamSystem::TrackFrame(const FramePacket& packet, const FrameFeaturesPtr& f
   report->covariance = result.covariance;
   report->odometry_rejected = result.odometry_rejected;
   report_.odometry_rejected += result.odometry_rejected ? 1 : 0;
-  sightings_.predicted_visible.insert(sightings_.predicted_visible.end(), result.matches.visible.begin(), result.matches.visible.end());
+  sightings_.predicted_visible.insert(sightings_.predicted_visible.end(), result.matches.visible.begin(),
+                                      result.matches.visible.end());
   for (const LandmarkId id : result.matches.landmarks) {
     if (id.valid()) sightings_.found.push_back(id);
   }
@@ -196,7 +199,9 @@ void SlamSystem::TrackFrame(const FramePacket& packet, const FrameFeaturesPtr& f
 
 void SlamSystem::Propose(const FramePacket& packet, const FrameFeaturesPtr& features, TrackResult result) {
   KeyframeProposal proposal;
-  proposal.keyframe = {packet.image.stamp, result.T_map_base, packet.T_base_camera, features, std::move(result.matches.landmarks), {}, result.on_floor};
+  proposal.keyframe = {
+      packet.image.stamp, result.T_map_base, packet.T_base_camera, features, std::move(result.matches.landmarks), {},
+      result.on_floor};
   proposal.odometry = since_keyframe_;
   proposal.sightings = std::move(sightings_);
   sightings_ = CountSightings{};

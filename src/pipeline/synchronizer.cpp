@@ -44,8 +44,8 @@ FramePacket Synchronizer::Assemble(CameraFrame frame) {
   while (!scans_.empty() && scans_.front().scan.stamp <= stamp) {
     const std::optional<Rigid2> T_odom_scan = odometry_.Interpolate(scans_.front().scan.stamp);
     if (packet.T_odom_base.has_value() && T_odom_scan.has_value()) {
-      packet.scans.push_back({std::move(scans_.front().scan), scans_.front().T_base_laser,
-                              packet.T_odom_base->Inverse() * *T_odom_scan});
+      packet.scans.push_back(
+          {std::move(scans_.front().scan), scans_.front().T_base_laser, packet.T_odom_base->Inverse() * *T_odom_scan});
     } else {
       ++dropped_["scan not covered by odometry"];
     }
@@ -62,7 +62,8 @@ std::optional<FramePacket> Synchronizer::Pop() {
   while (!images_.empty()) {
     const Timestamp stamp = images_.front().image.stamp;
     if (with_odometry_ && !finished_ && (odometry_.empty() || odometry_.last_stamp() < stamp)) return std::nullopt;
-    const bool before_odometry = with_odometry_ && !last_packet_.has_value() && (odometry_.empty() || stamp < odometry_.first_stamp());
+    const bool before_odometry =
+        with_odometry_ && !last_packet_.has_value() && (odometry_.empty() || stamp < odometry_.first_stamp());
     if (before_odometry) {
       ++dropped_["image before the first odometry"];
       images_.pop_front();

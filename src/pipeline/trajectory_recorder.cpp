@@ -19,7 +19,8 @@ void TrajectoryRecorder::OnCulled(const std::vector<CulledKeyframe>& culled) {
 void TrajectoryRecorder::OnScaled(const Map& map, double scale) {
   for (RecordedFrame& frame : frames_) {
     const auto culled = culled_.find(frame.reference);
-    const Rigid3 T_ref_camera = culled != culled_.end() ? culled->second.T_culled_camera : map.keyframes.At(frame.reference).T_base_camera;
+    const Rigid3 T_ref_camera =
+        culled != culled_.end() ? culled->second.T_culled_camera : map.keyframes.At(frame.reference).T_base_camera;
     frame.T_ref_base = ScaleCameraMotion(frame.T_ref_base, T_ref_camera, frame.T_base_camera, scale);
   }
   for (auto& [id, c] : culled_) {

@@ -53,11 +53,13 @@ TEST(AdjustBundle, FloorPriorTakesOnlyKeyframesOnTheFloor) {
   test::SyntheticWorldOptions options;
   options.pixel_noise = 0.5;
   const test::SyntheticWorld world = test::MakeSyntheticWorld(options);
-  Map lifted = Apply(world.map, {TransformMap{1.0, Rigid3(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0, 0, 0.3))}});
+  Map lifted =
+      Apply(world.map, {TransformMap{1.0, Rigid3(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0, 0, 0.3))}});
   BundleContext context = world.Context();
   context.options.max_iterations = 50;
   BundleRequest request = WholeMapRequest(lifted);
-  request.free_keyframes.insert(request.free_keyframes.begin(), request.fixed_keyframes.begin(), request.fixed_keyframes.end());
+  request.free_keyframes.insert(request.free_keyframes.begin(), request.fixed_keyframes.begin(),
+                                request.fixed_keyframes.end());
   request.fixed_keyframes.clear();
   const auto mean_height = [&](Map map) {
     map = Apply(std::move(map), ToEdit(AdjustBundle(map, request, context)));

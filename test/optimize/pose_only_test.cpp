@@ -24,7 +24,8 @@ Scene MakeScene(double pixel_noise) {
   s.truth = keyframe.T_map_base;
   for (std::size_t i = 0; i < keyframe.landmarks.size(); ++i) {
     if (!keyframe.landmarks[i].valid()) continue;
-    s.observations.push_back({s.world.map.landmarks.At(keyframe.landmarks[i]).p_map, keyframe.features->keypoints[i].pixel.cast<double>(), 1.0, true});
+    s.observations.push_back({s.world.map.landmarks.At(keyframe.landmarks[i]).p_map,
+                              keyframe.features->keypoints[i].pixel.cast<double>(), 1.0, true});
   }
   s.problem.T_base_camera = keyframe.T_base_camera;
   s.problem.camera = s.world.camera;
@@ -48,7 +49,8 @@ TEST(OptimizePose, RejectsAThirdOfWrongMatches) {
   Scene s = MakeScene(0.3);
   std::mt19937 generator(3);
   std::uniform_real_distribution<double> pixel(30.0, 400.0);
-  for (std::size_t i = 0; i < s.observations.size(); i += 3) s.observations[i].pixel = {pixel(generator), pixel(generator)};
+  for (std::size_t i = 0; i < s.observations.size(); i += 3)
+    s.observations[i].pixel = {pixel(generator), pixel(generator)};
   const PoseOnlyResult result = OptimizePose(s.problem, &s.observations);
   EXPECT_LT(Error(result.T_map_base, s.truth), 0.02);
   for (std::size_t i = 0; i < s.observations.size(); ++i) {
@@ -72,13 +74,15 @@ TEST(OptimizePose, CovarianceCoversTheError) {
     s.observations.clear();
     for (std::size_t i = 0; i < keyframe.landmarks.size(); ++i) {
       if (!keyframe.landmarks[i].valid()) continue;
-      s.observations.push_back({s.world.map.landmarks.At(keyframe.landmarks[i]).p_map, keyframe.features->keypoints[i].pixel.cast<double>(), 1.0, true});
+      s.observations.push_back({s.world.map.landmarks.At(keyframe.landmarks[i]).p_map,
+                                keyframe.features->keypoints[i].pixel.cast<double>(), 1.0, true});
     }
     const PoseOnlyResult result = OptimizePose(s.problem, &s.observations);
     const Vector6d error = LogSe3(s.truth.Inverse() * result.T_map_base);
     squared += error.dot(result.information * error);
   }
-  // Mean of a chi-square with 6 dof over 40 runs: 6 +- 3 sigma of 0.55; the cut of the outlier test narrows it a little.
+  // Mean of a chi-square with 6 dof over 40 runs: 6 +- 3 sigma of 0.55; the cut of the outlier test narrows it a
+  // little.
   EXPECT_NEAR(squared / kRuns, 6.0, 1.8);
 }
 

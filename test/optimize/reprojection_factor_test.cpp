@@ -14,7 +14,7 @@ constexpr double kF = 600.0, kCx = 320.0, kCy = 240.0, kSigma = 1.3;
 struct Case {
   Rigid3 T_map_base, T_base_camera;
   Eigen::Vector3d p_map;
-  Eigen::Vector2d pixel;   // where the point is seen
+  Eigen::Vector2d pixel;  // where the point is seen
 };
 
 Case RandomCase(std::mt19937& generator, double yaw_override) {

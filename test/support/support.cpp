@@ -10,7 +10,8 @@ namespace fs = std::filesystem;
 
 std::optional<fs::path> SequenceFolder(const std::string& name) {
   const char* from_environment = std::getenv("PLANAR_VSLAM_DATA");
-  const fs::path root = from_environment != nullptr ? fs::path(from_environment) : fs::path(PV_SOURCE_DIR) / "../shared/data";
+  const fs::path root =
+      from_environment != nullptr ? fs::path(from_environment) : fs::path(PV_SOURCE_DIR) / "../shared/data";
   const fs::path folder = root / name;
   if (!fs::is_directory(folder)) return std::nullopt;
   return folder;

@@ -11,20 +11,20 @@
 namespace planar_vslam {
 
 struct LocalMapperOptions {
-  int triangulation_neighbors = 8;      // covisible keyframes new points are triangulated with
-  int link_neighbors = 3;               // ...and keyframes before it along the odometry chain
+  int triangulation_neighbors = 8;  // covisible keyframes new points are triangulated with
+  int link_neighbors = 3;           // ...and keyframes before it along the odometry chain
   int fusion_neighbors = 12;
-  int window = 10;                      // free keyframes of the local bundle adjustment, beside the new one
-  int min_shared = 12;                  // landmarks in common that make two keyframes neighbours
-  int max_fixed = 30;                   // border keyframes held fixed
-  double min_parallax = DegreesToRadians(1.0);   // rad, of a triangulated point
-  double min_baseline_ratio = 0.01;     // baseline over median depth
-  int max_descriptor_distance = 50;     // bits
-  double fusion_radius = 3.0;           // px at octave 0
-  double redundancy = 0.9;              // share of a keyframe's landmarks three others see as well that makes it redundant
-  double min_found_ratio = 0.25;        // recent landmarks found in fewer of the frames that should see them are erased
-  double nearby_distance = 1.5;         // m, keyframes this near are offered for fusion in a metric map
-  double pixel_sigma = 1.0;             // px at octave 0
+  int window = 10;                              // free keyframes of the local bundle adjustment, beside the new one
+  int min_shared = 12;                          // landmarks in common that make two keyframes neighbours
+  int max_fixed = 30;                           // border keyframes held fixed
+  double min_parallax = DegreesToRadians(1.0);  // rad, of a triangulated point
+  double min_baseline_ratio = 0.01;             // baseline over median depth
+  int max_descriptor_distance = 50;             // bits
+  double fusion_radius = 3.0;                   // px at octave 0
+  double redundancy = 0.9;        // share of a keyframe's landmarks three others see as well that makes it redundant
+  double min_found_ratio = 0.25;  // recent landmarks found in fewer of the frames that should see them are erased
+  double nearby_distance = 1.5;   // m, keyframes this near are offered for fusion in a metric map
+  double pixel_sigma = 1.0;       // px at octave 0
 
   std::vector<std::string> Problems() const;
 };
@@ -34,20 +34,20 @@ struct MapperContext {
   LocalMapperOptions options;
 };
 
-// A tracked frame to be made a keyframe. `keyframe.landmarks` holds the tracker's matches; its odometry link is made here
-// from `odometry` and the newest keyframe of the map.
+// A tracked frame to be made a keyframe. `keyframe.landmarks` holds the tracker's matches; its odometry link is made
+// here from `odometry` and the newest keyframe of the map.
 struct KeyframeProposal {
   Keyframe keyframe;
-  std::optional<PreintegratedOdometry> odometry;   // since the keyframe proposed before
-  CountSightings sightings;   // since the proposal before
+  std::optional<PreintegratedOdometry> odometry;  // since the keyframe proposed before
+  CountSightings sightings;                       // since the proposal before
 };
 
 // Where a culled keyframe was, relative to one that remains: trajectories are re-anchored with it.
 struct CulledKeyframe {
   KeyframeId id;
   KeyframeId anchor;
-  Rigid3 T_anchor_culled;                          // bases
-  Rigid3 T_anchor_camera, T_culled_camera;         // their extrinsics: a rescaled map scales camera motion only
+  Rigid3 T_anchor_culled;                   // bases
+  Rigid3 T_anchor_camera, T_culled_camera;  // their extrinsics: a rescaled map scales camera motion only
 };
 
 struct MappingReport {
@@ -56,7 +56,7 @@ struct MappingReport {
   int fused = 0;
   int landmarks_culled = 0;
   std::vector<CulledKeyframe> keyframes_culled;
-  BundleResult bundle;   // without the values
+  BundleResult bundle;  // without the values
 };
 
 struct MappingOutcome {

@@ -8,15 +8,15 @@
 namespace planar_vslam {
 
 struct MatchOptions {
-  int max_distance = 50;          // bits
-  double ratio = 0.9;             // best must be below ratio * second best
-  bool check_rotation = true;     // keep only matches in the three largest 12-degree bins of orientation change
+  int max_distance = 50;       // bits
+  double ratio = 0.9;          // best must be below ratio * second best
+  bool check_rotation = true;  // keep only matches in the three largest 12-degree bins of orientation change
 };
 
 struct FeatureMatch {
-  int first = -1;   // keypoint index in the first image
-  int second = -1;  // in the second
-  int distance = 0; // bits
+  int first = -1;    // keypoint index in the first image
+  int second = -1;   // in the second
+  int distance = 0;  // bits
 };
 
 // Each keypoint of `first` against the keypoints of `second` within `radius` px of `predicted[i]` (predicted.size() ==
@@ -32,6 +32,7 @@ std::vector<FeatureMatch> MatchBruteForce(const FrameFeatures& first, const std:
                                           const MatchOptions& options);
 
 // Drops the matches outside the three largest bins of angle(second) - angle(first). Keeps order.
-void KeepConsistentRotation(const FrameFeatures& first, const FrameFeatures& second, std::vector<FeatureMatch>* matches);
+void KeepConsistentRotation(const FrameFeatures& first, const FrameFeatures& second,
+                            std::vector<FeatureMatch>* matches);
 
 }  // namespace planar_vslam

@@ -12,12 +12,12 @@
 namespace planar_vslam {
 
 struct OrbOptions {
-  int feature_count = 1000;     // keypoints asked for per image
-  double scale_factor = 1.2;    // between pyramid levels
-  int level_count = 8;          // pyramid levels
-  int fast_threshold = 20;      // grey levels; cells without a corner at this threshold...
-  int fast_min_threshold = 7;   // ...are searched at this one
-  int cell_pixels = 30;         // side of the cells of the adaptive threshold
+  int feature_count = 1000;    // keypoints asked for per image
+  double scale_factor = 1.2;   // between pyramid levels
+  int level_count = 8;         // pyramid levels
+  int fast_threshold = 20;     // grey levels; cells without a corner at this threshold...
+  int fast_min_threshold = 7;  // ...are searched at this one
+  int cell_pixels = 30;        // side of the cells of the adaptive threshold
 
   std::vector<std::string> Problems() const;
   // scale_factor^octave

@@ -19,16 +19,16 @@ enum class InitializationMode { kOdometry, kVisual };
 
 struct InitializerOptions {
   InitializationMode mode = InitializationMode::kOdometry;
-  int min_features = 100;          // keypoints in both frames
+  int min_features = 100;  // keypoints in both frames
   int min_matches = 60;
-  int min_points = 50;             // triangulated
-  double min_parallax = DegreesToRadians(0.8);   // rad, of a point that counts
-  double min_median_parallax = DegreesToRadians(1.0);   // rad, over the matches
-  double min_baseline = 0.04;      // m, between the cameras (odometry)
-  double max_baseline_time = 8.0;  // s, then a new first frame is taken
-  double search_radius = 60.0;     // px around the rotation-compensated position (odometry)
-  double visual_search_radius = 100.0;  // px (visual)
-  double pixel_sigma = 1.0;        // px
+  int min_points = 50;                                 // triangulated
+  double min_parallax = DegreesToRadians(0.8);         // rad, of a point that counts
+  double min_median_parallax = DegreesToRadians(1.0);  // rad, over the matches
+  double min_baseline = 0.04;                          // m, between the cameras (odometry)
+  double max_baseline_time = 8.0;                      // s, then a new first frame is taken
+  double search_radius = 60.0;                         // px around the rotation-compensated position (odometry)
+  double visual_search_radius = 100.0;                 // px (visual)
+  double pixel_sigma = 1.0;                            // px
 
   std::vector<std::string> Problems() const;
 };
@@ -37,12 +37,12 @@ struct InitializerInput {
   Timestamp stamp;
   FrameFeaturesPtr features;
   Rigid3 T_base_camera;
-  std::optional<PreintegratedOdometry> odometry;   // since the last input
+  std::optional<PreintegratedOdometry> odometry;  // since the last input
 };
 
 struct InitializerReport {
-  std::optional<Map> map;      // two keyframes, landmarks; metric with kOdometry
-  std::string waiting_for;     // what is missing, for the user, while there is none
+  std::optional<Map> map;   // two keyframes, landmarks; metric with kOdometry
+  std::string waiting_for;  // what is missing, for the user, while there is none
 };
 
 class Initializer {
@@ -56,7 +56,7 @@ class Initializer {
     Timestamp stamp;
     FrameFeaturesPtr features;
     Rigid3 T_base_camera;
-    PreintegratedOdometry odometry;   // from the first frame to the newest input
+    PreintegratedOdometry odometry;  // from the first frame to the newest input
   };
   InitializerReport Restart(const InitializerInput& input, std::string reason);
   InitializerReport TryOdometry(const InitializerInput& input);

@@ -9,9 +9,9 @@
 namespace planar_vslam {
 
 struct ProjectionSearchOptions {
-  double radius = 4.0;        // px at octave 0; grows with the predicted octave's scale
-  int max_distance = 80;      // bits
-  double ratio = 0.8;         // best below ratio * second best, when both have the same octave
+  double radius = 4.0;    // px at octave 0; grows with the predicted octave's scale
+  int max_distance = 80;  // bits
+  double ratio = 0.8;     // best below ratio * second best, when both have the same octave
 };
 
 // What a frame shows of the landmarks asked for. `landmarks` has one entry per keypoint, invalid where unmatched.
@@ -24,8 +24,8 @@ struct FrameMatches {
 // Adds matches for `candidates` (ids that no longer exist are passed over) to `matches`, leaving the keypoints that are
 // already matched and the landmarks already in `matches` alone. One-to-one.
 void SearchByProjection(const Map& map, const std::vector<LandmarkId>& candidates, const Rigid3& T_map_camera,
-                        const CameraModel& camera, const FrameFeatures& features, const ProjectionSearchOptions& options,
-                        FrameMatches* matches);
+                        const CameraModel& camera, const FrameFeatures& features,
+                        const ProjectionSearchOptions& options, FrameMatches* matches);
 
 // The keyframes that see the matched landmarks, most votes first, at most `limit`.
 std::vector<KeyframeId> VotedKeyframes(const Map& map, const std::vector<LandmarkId>& landmarks, std::size_t limit);

@@ -12,8 +12,8 @@ namespace planar_vslam {
 
 struct RelocalizerOptions {
   int min_matches = 15;
-  int min_inliers = 12;         // of PnP
-  double reprojection = 4.0;    // px at octave 0
+  int min_inliers = 12;       // of PnP
+  double reprojection = 4.0;  // px at octave 0
   int ransac_iterations = 100;
 };
 
@@ -22,7 +22,8 @@ struct RelocalizationHypothesis {
   Rigid3 T_map_camera;
   FrameMatches matches;
 };
-std::optional<RelocalizationHypothesis> RelocalizeAgainst(const Map& map, KeyframeId keyframe, const FrameFeatures& features,
-                                                          const CameraModel& camera, const RelocalizerOptions& options);
+std::optional<RelocalizationHypothesis> RelocalizeAgainst(const Map& map, KeyframeId keyframe,
+                                                          const FrameFeatures& features, const CameraModel& camera,
+                                                          const RelocalizerOptions& options);
 
 }  // namespace planar_vslam

@@ -18,28 +18,28 @@
 namespace planar_vslam {
 
 enum class TrackStatus {
-  kTracking,      // pose from vision (and odometry)
-  kRelocalized,   // the same, first frame after a time without
-  kOdometry,      // pose predicted by odometry
-  kLost,          // no pose
+  kTracking,     // pose from vision (and odometry)
+  kRelocalized,  // the same, first frame after a time without
+  kOdometry,     // pose predicted by odometry
+  kLost,         // no pose
 };
 
 struct TrackerOptions {
-  double pixel_sigma = 1.0;             // px at octave 0
-  double frame_search_radius = 15.0;    // px, landmarks of the last frame around the prediction
-  double map_search_radius = 4.0;       // px, local map around the first estimate
-  double rematch_radius_max = 40.0;     // px, cap of the search while on odometry
-  int min_inliers = 25;                 // for a pose from vision alone
-  int min_inliers_odometry = 12;        // when odometry takes part and agrees
-  int min_inliers_rematch = 20;         // to leave the odometry state
-  int local_keyframes = 20;             // in the local map
-  double nearby_distance = 2.0;         // m, keyframes this near join the local map of a metric map
-  double nearby_angle = DegreesToRadians(40.0);   // rad, ...looking this much the same way
-  double keyframe_ratio = 0.75;         // new keyframe when fewer than this share of the reference's landmarks remain
-  double keyframe_distance = 0.12;      // ...or the camera moved this share of the median depth
+  double pixel_sigma = 1.0;                      // px at octave 0
+  double frame_search_radius = 15.0;             // px, landmarks of the last frame around the prediction
+  double map_search_radius = 4.0;                // px, local map around the first estimate
+  double rematch_radius_max = 40.0;              // px, cap of the search while on odometry
+  int min_inliers = 25;                          // for a pose from vision alone
+  int min_inliers_odometry = 12;                 // when odometry takes part and agrees
+  int min_inliers_rematch = 20;                  // to leave the odometry state
+  int local_keyframes = 20;                      // in the local map
+  double nearby_distance = 2.0;                  // m, keyframes this near join the local map of a metric map
+  double nearby_angle = DegreesToRadians(40.0);  // rad, ...looking this much the same way
+  double keyframe_ratio = 0.75;     // new keyframe when fewer than this share of the reference's landmarks remain
+  double keyframe_distance = 0.12;  // ...or the camera moved this share of the median depth
   double keyframe_angle = DegreesToRadians(12.0);  // rad, ...or turned this much
-  int keyframe_min_gap = 2;             // frames between keyframes
-  int keyframe_min_features = 60;       // an image with fewer keypoints makes no keyframe on odometry alone
+  int keyframe_min_gap = 2;                        // frames between keyframes
+  int keyframe_min_features = 60;                  // an image with fewer keypoints makes no keyframe on odometry alone
 
   std::vector<std::string> Problems() const;
 };
@@ -55,20 +55,20 @@ struct TrackInput {
   Timestamp stamp;
   FrameFeaturesPtr features;
   Rigid3 T_base_camera;
-  std::optional<PreintegratedOdometry> odometry;   // since the last tracked frame
+  std::optional<PreintegratedOdometry> odometry;  // since the last tracked frame
 };
 
 struct TrackResult {
   TrackStatus status = TrackStatus::kLost;
   Rigid3 T_map_base;
-  Matrix6d covariance = Matrix6d::Identity();   // of a right perturbation [translation, rotation]
-  KeyframeId reference;                         // keyframe the pose is relative to
+  Matrix6d covariance = Matrix6d::Identity();  // of a right perturbation [translation, rotation]
+  KeyframeId reference;                        // keyframe the pose is relative to
   Rigid3 T_ref_base;
   int inliers = 0;
-  bool odometry_rejected = false;               // vision and odometry disagreed (slip): odometry did not take part
+  bool odometry_rejected = false;  // vision and odometry disagreed (slip): odometry did not take part
   bool wants_keyframe = false;
-  bool on_floor = true;                         // whether the floor prior took part
-  FrameMatches matches;                         // inliers only
+  bool on_floor = true;  // whether the floor prior took part
+  FrameMatches matches;  // inliers only
 };
 
 class Tracker {
@@ -87,10 +87,10 @@ class Tracker {
  private:
   struct LastFrame {
     KeyframeId reference;
-    Rigid3 T_map_ref;                    // as last seen, for when the reference has been culled
+    Rigid3 T_map_ref;  // as last seen, for when the reference has been culled
     Rigid3 T_ref_base;
     Rigid3 T_base_camera;
-    std::vector<LandmarkId> landmarks;   // matched ones only
+    std::vector<LandmarkId> landmarks;  // matched ones only
     Matrix6d covariance = Matrix6d::Zero();
   };
   struct Prediction {
@@ -113,7 +113,8 @@ class Tracker {
   bool Rematch(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result) const;
   bool TrackLocalMap(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result) const;
   bool Optimize(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result) const;
-  PoseOnlyProblem MakeProblem(const TrackInput& input, const Map& map, const Prediction& prediction, const Rigid3& start) const;
+  PoseOnlyProblem MakeProblem(const TrackInput& input, const Map& map, const Prediction& prediction,
+                              const Rigid3& start) const;
   std::vector<PoseObservation> Observations(const TrackInput& input, const Map& map, const FrameMatches& matches) const;
   bool UsesFloor(const Map& map) const;
   void TestFloor(const TrackInput& input, const Map& map, const Prediction& prediction, const TrackResult& result);
@@ -123,12 +124,12 @@ class Tracker {
 
   TrackerContext context_;
   LastFrame last_;
-  std::optional<Rigid3> velocity_;    // T_last_base of the frame before: constant-motion model without odometry
-  bool visually_tracked_ = false;     // the last frame was
+  std::optional<Rigid3> velocity_;  // T_last_base of the frame before: constant-motion model without odometry
+  bool visually_tracked_ = false;   // the last frame was
   std::optional<Hypothesis> hypothesis_;
   FloorMonitor floor_;
   int frames_since_keyframe_ = 0;
-  int reference_landmarks_ = 0;       // tracked in the reference keyframe when it was made
+  int reference_landmarks_ = 0;  // tracked in the reference keyframe when it was made
 };
 
 }  // namespace planar_vslam

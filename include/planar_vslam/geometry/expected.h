@@ -15,7 +15,7 @@ struct Error {
 template <class T>
 class Expected {
  public:
-  Expected(T value) : content_(std::move(value)) {}      // NOLINT(google-explicit-constructor): reads as "return value;"
+  Expected(T value) : content_(std::move(value)) {}  // NOLINT(google-explicit-constructor): reads as "return value;"
   Expected(Error error) : content_(std::move(error)) {}  // NOLINT(google-explicit-constructor)
 
   bool ok() const { return std::holds_alternative<T>(content_); }

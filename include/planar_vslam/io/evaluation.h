@@ -16,20 +16,21 @@ struct ErrorStatistics {
 };
 
 struct TrajectoryErrors {
-  long pairs = 0;                       // estimate poses inside the truth's span, truth interpolated to their stamps
-  ErrorStatistics ate;                  // m, 3D
-  ErrorStatistics ate_2d;               // m, x and y only
-  Eigen::Vector3d ate_axis_rmse = Eigen::Vector3d::Zero();   // m, per axis of the truth frame, as in the paper
-  ErrorStatistics heading;              // rad
+  long pairs = 0;          // estimate poses inside the truth's span, truth interpolated to their stamps
+  ErrorStatistics ate;     // m, 3D
+  ErrorStatistics ate_2d;  // m, x and y only
+  Eigen::Vector3d ate_axis_rmse = Eigen::Vector3d::Zero();  // m, per axis of the truth frame, as in the paper
+  ErrorStatistics heading;                                  // rad
   // Relative errors are not a number where the trajectory has no segment of that length, and so is the scale error of a
   // robot that did not move.
   double rpe_translation_per_meter = 0.0;   // m per m, RMSE over 1 m segments of the truth
   double rpe_rotation_per_meter = 0.0;      // rad per m
   double rpe_translation_per_second = 0.0;  // m per s, RMSE over 1 s segments
   double rpe_rotation_per_second = 0.0;     // rad per s
-  double scale_error = 0.0;             // Sim(3) scale of the estimate relative to truth, minus 1 (0.01: estimate 1 % long)
-  double coverage = 0.0;                // share of the truth's span, from its first to last stamp, with estimates no more than 0.5 s apart
-  Similarity3 truth_from_estimate;      // the alignment used
+  double scale_error = 0.0;  // Sim(3) scale of the estimate relative to truth, minus 1 (0.01: estimate 1 % long)
+  double coverage =
+      0.0;  // share of the truth's span, from its first to last stamp, with estimates no more than 0.5 s apart
+  Similarity3 truth_from_estimate;  // the alignment used
 };
 
 // Truth gaps over 0.5 s are not interpolated across. Needs at least 3 pairs.

@@ -19,13 +19,14 @@ struct RecordingInfo {
   CameraModel camera;
   bool has_odometry = false;
   bool has_laser = false;
-  bool has_base_transform = false;   // whether base -> camera is known; otherwise base is the camera's optical frame
+  bool has_base_transform = false;  // whether base -> camera is known; otherwise base is the camera's optical frame
   Timestamp first_image, last_image;
   long image_count = 0;
 };
 
 // Names of topics and frames in a bag; an empty topic means: the only one of its type, an error when there are several
-// (camera_info: first the one beside the images). An empty base frame means: a handheld camera, odometry and scans unused.
+// (camera_info: first the one beside the images). An empty base frame means: a handheld camera, odometry and scans
+// unused.
 struct BagOptions {
   std::string image_topic, camera_info_topic, odometry_topic, scan_topic;
   std::string base_frame = "base_footprint";
@@ -34,8 +35,8 @@ struct BagOptions {
 
 struct RecordingOptions {
   BagOptions bag;
-  std::optional<std::filesystem::path> odometry_file;   // dataset folders: instead of odometry.csv
-  bool require_odometry = false;                         // absent odometry is an error
+  std::optional<std::filesystem::path> odometry_file;  // dataset folders: instead of odometry.csv
+  bool require_odometry = false;                       // absent odometry is an error
 };
 
 class Recording {
@@ -49,8 +50,8 @@ class Recording {
   virtual const std::map<std::string, long>& skipped() const = 0;
 };
 
-// Opens a .bag file, a dataset folder (images.csv, ...), a TUM-RGBD folder (rgb.txt) or a KITTI odometry folder (image_0,
-// times.txt, calib.txt). One-line errors: file, field or topic, what was expected.
+// Opens a .bag file, a dataset folder (images.csv, ...), a TUM-RGBD folder (rgb.txt) or a KITTI odometry folder
+// (image_0, times.txt, calib.txt). One-line errors: file, field or topic, what was expected.
 Expected<std::unique_ptr<Recording>> OpenRecording(const std::filesystem::path& path, const RecordingOptions& options);
 
 }  // namespace planar_vslam

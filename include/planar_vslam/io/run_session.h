@@ -16,18 +16,18 @@
 namespace planar_vslam {
 
 struct RunSettings {
-  bool deterministic = false;             // inline schedule, no wall-clock in any output
-  std::optional<double> rate;             // times real time, dropping frames as a live robot would; absent: no frame dropped
-  std::optional<double> until;            // s after the first image
-  std::function<void(long done, long total)> progress;   // called after every image
+  bool deterministic = false;   // inline schedule, no wall-clock in any output
+  std::optional<double> rate;   // times real time, dropping frames as a live robot would; absent: no frame dropped
+  std::optional<double> until;  // s after the first image
+  std::function<void(long done, long total)> progress;  // called after every image
 };
 
 struct RunResult {
   std::vector<FrameReport> frames;
-  std::map<std::string, long> unused_input;   // by reason
-  long frames_dropped = 0;                    // by the pace of `rate`
+  std::map<std::string, long> unused_input;  // by reason
+  long frames_dropped = 0;                   // by the pace of `rate`
   double wall_seconds = 0.0, cpu_seconds = 0.0;
-  double recorded_seconds = 0.0;              // spanned by the processed images
+  double recorded_seconds = 0.0;  // spanned by the processed images
 };
 
 // Runs to the end, final optimisation included. An error means the recording could not be read on.

@@ -45,9 +45,9 @@ struct Landmark {
   std::uint32_t found = 1;                // ...and did
 
   // Derived from the observations, kept by Apply().
-  Descriptor descriptor{};                                        // the observed one nearest to all others (median distance)
-  Eigen::Vector3d view_direction = Eigen::Vector3d::Zero();       // mean unit vector from the cameras to the point, map
-  double min_distance = 0.0, max_distance = 0.0;                  // from which scale-invariant detection can see it
+  Descriptor descriptor{};                                   // the observed one nearest to all others (median distance)
+  Eigen::Vector3d view_direction = Eigen::Vector3d::Zero();  // mean unit vector from the cameras to the point, map
+  double min_distance = 0.0, max_distance = 0.0;             // from which scale-invariant detection can see it
 };
 
 struct Map {
@@ -55,8 +55,8 @@ struct Map {
   IdMap<LandmarkId, Landmark> landmarks;
   std::uint32_t next_keyframe_id = 0;
   std::uint32_t next_landmark_id = 0;
-  bool metric = false;                 // whether lengths are metres
-  std::vector<double> octave_scales;   // scale factor per pyramid level of the extractor that made the features
+  bool metric = false;                // whether lengths are metres
+  std::vector<double> octave_scales;  // scale factor per pyramid level of the extractor that made the features
 };
 
 // The keyframes that share at least `min_shared` landmarks with `id`, most shared first, ties by smaller id.

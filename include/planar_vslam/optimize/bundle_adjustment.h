@@ -15,35 +15,35 @@
 namespace planar_vslam {
 
 struct BundleOptions {
-  int max_iterations = 5;             // of the first round and of the second each
-  bool drop_outliers = true;          // second round without observations beyond the 95 % chi-square limit
-  double pixel_sigma = 1.0;           // px at octave 0; grows with the octave's scale
-  double odometry_huber = 3.5;        // in units of the 6-D Mahalanobis norm
+  int max_iterations = 5;       // of the first round and of the second each
+  bool drop_outliers = true;    // second round without observations beyond the 95 % chi-square limit
+  double pixel_sigma = 1.0;     // px at octave 0; grows with the octave's scale
+  double odometry_huber = 3.5;  // in units of the 6-D Mahalanobis norm
   bool use_odometry = true;
   std::vector<std::string> Problems() const;
 };
 
 struct BundleRequest {
-  std::vector<KeyframeId> free_keyframes;    // ascending
-  std::vector<KeyframeId> fixed_keyframes;   // ascending, disjoint from the free ones
-  std::vector<LandmarkId> landmarks;         // ascending; observations in other keyframes are left out
+  std::vector<KeyframeId> free_keyframes;   // ascending
+  std::vector<KeyframeId> fixed_keyframes;  // ascending, disjoint from the free ones
+  std::vector<LandmarkId> landmarks;        // ascending; observations in other keyframes are left out
 };
 
 struct BundleContext {
   CameraModel camera;
   OdometryNoise odometry_noise;
-  PlanarPriorOptions planar;   // applied to free keyframes on the floor of a metric map, unless its mode is off
+  PlanarPriorOptions planar;  // applied to free keyframes on the floor of a metric map, unless its mode is off
   BundleOptions options;
 };
 
 struct BundleResult {
-  bool converged = false;               // usable solution
-  std::string message;                  // why not
+  bool converged = false;  // usable solution
+  std::string message;     // why not
   double initial_cost = 0.0, final_cost = 0.0;
   int iterations = 0;
   std::vector<std::pair<KeyframeId, Rigid3>> poses;
   std::vector<std::pair<LandmarkId, Eigen::Vector3d>> points;
-  std::vector<std::pair<LandmarkId, KeyframeId>> outliers;   // observations beyond the limit, or behind the camera
+  std::vector<std::pair<LandmarkId, KeyframeId>> outliers;  // observations beyond the limit, or behind the camera
 };
 
 // Deterministic: one thread, blocks in id order in one buffer. Sparse Schur beyond `free_keyframes` of about 60.

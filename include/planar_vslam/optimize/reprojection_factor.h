@@ -15,8 +15,8 @@ constexpr double kMinDepth = 0.05;  // m or map units
 
 class ReprojectionFactor final : public ceres::SizedCostFunction<2, 7, 3> {
  public:
-  ReprojectionFactor(const Eigen::Vector2d& pixel, const Rigid3& T_base_camera, double fx, double fy, double cx, double cy,
-                     double sigma);
+  ReprojectionFactor(const Eigen::Vector2d& pixel, const Rigid3& T_base_camera, double fx, double fy, double cx,
+                     double cy, double sigma);
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
 
  private:

@@ -10,15 +10,16 @@ namespace planar_vslam {
 // Which landmarks are good enough for a navigation map.
 struct LandmarkAcceptance {
   int min_observations = 3;
-  double min_parallax = DegreesToRadians(1.5);   // rad, widest among its observers
-  double max_relative_depth_sigma = 0.10;        // of the distance
-  double min_height = -0.03;                     // m: below the floor are only reflections
-  double pixel_sigma = 1.0;                      // px
+  double min_parallax = DegreesToRadians(1.5);  // rad, widest among its observers
+  double max_relative_depth_sigma = 0.10;       // of the distance
+  double min_height = -0.03;                    // m: below the floor are only reflections
+  double pixel_sigma = 1.0;                     // px
 };
 
 // Points per keyframe and scans with the poses of the present map. Empty for a map that is not metric.
-MapBuilder BuildNavigationMap(const Map& map, const TrajectoryRecorder& trajectory, const std::vector<AnchoredScan>& scans,
-                              const CameraModel& camera, const MapBuilderOptions& options, const LandmarkAcceptance& acceptance);
+MapBuilder BuildNavigationMap(const Map& map, const TrajectoryRecorder& trajectory,
+                              const std::vector<AnchoredScan>& scans, const CameraModel& camera,
+                              const MapBuilderOptions& options, const LandmarkAcceptance& acceptance);
 
 // Landmarks as a cloud: normal towards the observers, intensity is the number of observations.
 std::vector<CloudPoint> LandmarkCloud(const Map& map);

@@ -1,6 +1,6 @@
 #pragma once
-// Everything that can be configured, as one value. YAML keys are the dotted names of OptionKeys(); angles are in degrees
-// there and carry `_deg` in their name.
+// Everything that can be configured, as one value. YAML keys are the dotted names of OptionKeys(); angles are in
+// degrees there and carry `_deg` in their name.
 #include <filesystem>
 #include <string>
 #include <utility>
@@ -18,14 +18,14 @@
 namespace planar_vslam {
 
 struct ScaleOptions {
-  int keyframes = 15;           // N of the paper: scale is recovered once the unscaled map has this many
-  double min_distance = 0.5;    // m, and the robot has driven this far
+  int keyframes = 15;         // N of the paper: scale is recovered once the unscaled map has this many
+  double min_distance = 0.5;  // m, and the robot has driven this far
 };
 
 enum class OdometryUse { kAuto, kRequired, kOff };
 
 struct TopicOptions {
-  std::string image, camera_info, odometry, scan;   // empty: the only one of its type
+  std::string image, camera_info, odometry, scan;  // empty: the only one of its type
   std::string base_frame = "base_footprint";
   std::string odom_frame = "odom";
 };

@@ -29,15 +29,15 @@ struct FrameReport {
   int inliers = 0;
   bool keyframe = false;
   bool odometry_rejected = false;
-  std::string waiting_for;                     // while initialising: what is missing
+  std::string waiting_for;  // while initialising: what is missing
   double extract_ms = 0.0, track_ms = 0.0, map_ms = 0.0, total_ms = 0.0;
 };
 
 struct ScaleReport {
-  double by_steps = 0.0;        // the paper's ratio
-  double by_centroids = 0.0;    // the one applied
-  std::vector<std::pair<Timestamp, Rigid3>> unscaled_cameras;   // T_map_camera of the keyframes it was recovered from
-  KeyframeId keyframe;          // the newest one at that moment
+  double by_steps = 0.0;                                       // the paper's ratio
+  double by_centroids = 0.0;                                   // the one applied
+  std::vector<std::pair<Timestamp, Rigid3>> unscaled_cameras;  // T_map_camera of the keyframes it was recovered from
+  KeyframeId keyframe;                                         // the newest one at that moment
   Timestamp stamp;
 };
 
@@ -45,8 +45,8 @@ struct SystemReport {
   std::map<FrameState, long> frames;
   long keyframes_made = 0, keyframes_culled = 0;
   long odometry_rejected = 0;
-  std::optional<ScaleReport> scale;             // only where the map was scaled
-  std::optional<Timestamp> initialized;         // first frame with a map
+  std::optional<ScaleReport> scale;      // only where the map was scaled
+  std::optional<Timestamp> initialized;  // first frame with a map
 };
 
 // A laser sweep kept with the frame it was taken near.
@@ -54,7 +54,7 @@ struct AnchoredScan {
   PlanarScan scan;
   Rigid3 T_base_laser;
   Rigid2 T_frame_base;
-  std::size_t frame = 0;     // index into the recorded trajectory
+  std::size_t frame = 0;  // index into the recorded trajectory
 };
 
 enum class Schedule { kInline, kThreaded };
@@ -82,13 +82,13 @@ class SlamSystem {
   struct Pending {
     std::future<MappingOutcome> outcome;
     Timestamp stamp;
-    Rigid3 T_map_base;       // of the proposing frame, in the snapshot of that moment
+    Rigid3 T_map_base;  // of the proposing frame, in the snapshot of that moment
   };
   // A frame from before there was a map: odometry places it once there is one.
   struct EarlyFrame {
     Timestamp stamp;
     Rigid3 T_base_camera;
-    std::optional<PreintegratedOdometry> step;   // since the frame before
+    std::optional<PreintegratedOdometry> step;  // since the frame before
   };
   void Initialize(const FramePacket& packet, const FrameFeaturesPtr& features,
                   const std::optional<PreintegratedOdometry>& step, FrameReport* report);

@@ -14,15 +14,15 @@ namespace planar_vslam {
 struct ScanPacket {
   PlanarScan scan;
   Rigid3 T_base_laser;
-  Rigid2 T_frame_base;   // base at the scan's stamp in the base at the packet's image
+  Rigid2 T_frame_base;  // base at the scan's stamp in the base at the packet's image
 };
 
 struct FramePacket {
   ImageFrame image;
   Rigid3 T_base_camera;
-  std::vector<OdometryReading> odometry;     // from the packet before to this one, both ends interpolated; may be empty
-  std::optional<Rigid2> T_odom_base;         // at the image
-  std::vector<ScanPacket> scans;             // since the packet before, up to the image
+  std::vector<OdometryReading> odometry;  // from the packet before to this one, both ends interpolated; may be empty
+  std::optional<Rigid2> T_odom_base;      // at the image
+  std::vector<ScanPacket> scans;          // since the packet before, up to the image
 };
 
 class Synchronizer {

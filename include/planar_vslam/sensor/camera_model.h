@@ -7,10 +7,10 @@
 namespace planar_vslam {
 
 struct CameraModel {
-  int width = 0;   // px
-  int height = 0;  // px
-  double fx = 0.0, fy = 0.0, cx = 0.0, cy = 0.0;                     // px
-  double k1 = 0.0, k2 = 0.0, p1 = 0.0, p2 = 0.0, k3 = 0.0;           // plumb_bob, dimensionless
+  int width = 0;                                            // px
+  int height = 0;                                           // px
+  double fx = 0.0, fy = 0.0, cx = 0.0, cy = 0.0;            // px
+  double k1 = 0.0, k2 = 0.0, p1 = 0.0, p2 = 0.0, k3 = 0.0;  // plumb_bob, dimensionless
 
   // One line for each thing that makes the model unusable; empty when it is usable.
   std::vector<std::string> Problems() const;

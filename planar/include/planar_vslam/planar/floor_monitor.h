@@ -1,7 +1,8 @@
 #pragma once
 // Whether the base is on the plane the floor prior assumes. Ramps, door sills and streets are not: a prior that is held
 // against the evidence bends the map. Each keyframe's pose, estimated without the prior, is tested against it:
-//   e = [z, u_x, u_y]  (planar_prior.h, unwhitened),  d^2 = e^T (J C J^T + diag(sigma_z^2, sigma_tilt^2, sigma_tilt^2))^-1 e
+//   e = [z, u_x, u_y]  (planar_prior.h, unwhitened),  d^2 = e^T (J C J^T + diag(sigma_z^2, sigma_tilt^2,
+//   sigma_tilt^2))^-1 e
 // with the pose covariance C; d^2 is chi-square with 3 dof on the floor.
 #include "planar_vslam/geometry/rigid3.h"
 
@@ -19,7 +20,7 @@ class FloorMonitor {
 
  private:
   bool on_floor_ = true;
-  int streak_ = 0;   // readings in a row that speak against the present state
+  int streak_ = 0;  // readings in a row that speak against the present state
 };
 
 }  // namespace planar_vslam

@@ -14,18 +14,18 @@
 namespace planar_vslam {
 
 struct OdometryNoise {
-  double along_per_sqrt_meter = 0.02;                          // m / sqrt(m)
-  double across_per_sqrt_meter = 0.02;                         // m / sqrt(m); an omnidirectional base slips both ways
-  double across_per_sqrt_radian = 0.005;                       // m / sqrt(rad)
-  double heading_per_sqrt_meter = DegreesToRadians(0.35);      // rad / sqrt(m)
-  double heading_per_sqrt_radian = 0.015;                      // rad / sqrt(rad)
-  double position_floor = 0.002;                               // m, q_x = q_y = position_floor^2
-  double heading_floor = DegreesToRadians(0.1);                // rad, q_phi
+  double along_per_sqrt_meter = 0.02;                      // m / sqrt(m)
+  double across_per_sqrt_meter = 0.02;                     // m / sqrt(m); an omnidirectional base slips both ways
+  double across_per_sqrt_radian = 0.005;                   // m / sqrt(rad)
+  double heading_per_sqrt_meter = DegreesToRadians(0.35);  // rad / sqrt(m)
+  double heading_per_sqrt_radian = 0.015;                  // rad / sqrt(rad)
+  double position_floor = 0.002;                           // m, q_x = q_y = position_floor^2
+  double heading_floor = DegreesToRadians(0.1);            // rad, q_phi
   // What the floor lets the base do between two poses in the directions odometry does not measure.
-  double height_per_sqrt_meter = 0.005;                        // m / sqrt(m)
-  double height_floor = 0.005;                                 // m
-  double tilt_per_sqrt_meter = DegreesToRadians(0.2);          // rad / sqrt(m), roll and pitch each
-  double tilt_floor = DegreesToRadians(0.3);                   // rad: sway and joint backlash
+  double height_per_sqrt_meter = 0.005;                // m / sqrt(m)
+  double height_floor = 0.005;                         // m
+  double tilt_per_sqrt_meter = DegreesToRadians(0.2);  // rad / sqrt(m), roll and pitch each
+  double tilt_floor = DegreesToRadians(0.3);           // rad: sway and joint backlash
 
   std::vector<std::string> Problems() const;
 };

@@ -16,8 +16,8 @@ enum class PlanarMode { kOff, kSoft };
 
 struct PlanarPriorOptions {
   PlanarMode mode = PlanarMode::kSoft;
-  double sigma_height = 0.01;                   // m
-  double sigma_tilt = DegreesToRadians(0.5);    // rad, roll and pitch each
+  double sigma_height = 0.01;                 // m
+  double sigma_tilt = DegreesToRadians(0.5);  // rad, roll and pitch each
 
   std::vector<std::string> Problems() const;
 };

@@ -2,7 +2,8 @@
 // A Rigid3 as a Ceres parameter block of 7 doubles [tx ty tz qx qy qz qw], with tangent [translation, rotation]:
 //   Plus(T, d) = (t + R d_t, q Exp(d_r)).
 // Factors compute their Jacobian J_local (rows x 6) with respect to that tangent at d = 0 and write
-// J_ambient = J_local * MinusJacobian(x), because PlusJacobian(x) is then a right inverse: MinusJacobian PlusJacobian = I.
+// J_ambient = J_local * MinusJacobian(x), because PlusJacobian(x) is then a right inverse: MinusJacobian PlusJacobian =
+// I.
 #include <ceres/manifold.h>
 
 #include "planar_vslam/geometry/rigid3.h"

@@ -15,11 +15,11 @@
 namespace planar_vslam {
 
 struct PreintegratedOdometry {
-  Rigid2 T_i_j;                                                // pose of the base at j in the base at i
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();        // of [x, y, angle], frame i, without floors
-  double distance = 0.0;                                       // m, path length
-  double turn = 0.0;                                           // rad, sum of |dphi|
-  double seconds = 0.0;                                        // time spanned
+  Rigid2 T_i_j;                                          // pose of the base at j in the base at i
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  // of [x, y, angle], frame i, without floors
+  double distance = 0.0;                                 // m, path length
+  double turn = 0.0;                                     // rad, sum of |dphi|
+  double seconds = 0.0;                                  // time spanned
 };
 
 // `readings` in time order, at least one. One reading gives the identity with zero covariance.

@@ -27,9 +27,9 @@ std::optional<double> ScaleFromCentroids(const std::vector<ScalePair>& pairs);
 // the map knows. Solves for the scale s for which s * p_map_camera - R_map_base p_base_camera has the odometry's sum of
 // squared steps or of squared distances from the centroid: a quadratic in s. Inputs per keyframe.
 struct LeverArmSample {
-  Rigid3 T_map_camera;      // visual, arbitrary scale
-  Rigid3 T_base_camera;     // metric
-  Rigid2 T_odom_base;       // metric
+  Rigid3 T_map_camera;   // visual, arbitrary scale
+  Rigid3 T_base_camera;  // metric
+  Rigid2 T_odom_base;    // metric
 };
 enum class ScaleMethod { kSteps, kCentroids };
 // Nothing when there are fewer than 3 samples, the base moved less than `min_distance` metres in all, or the lever arm
@@ -37,6 +37,7 @@ enum class ScaleMethod { kSteps, kCentroids };
 std::optional<double> RecoverScale(const std::vector<LeverArmSample>& samples, ScaleMethod method, double min_distance);
 
 // The motion T_ref_base with the camera's part of it multiplied by `scale`; the extrinsics stay metric.
-Rigid3 ScaleCameraMotion(const Rigid3& T_ref_base, const Rigid3& T_refbase_camera, const Rigid3& T_base_camera, double scale);
+Rigid3 ScaleCameraMotion(const Rigid3& T_ref_base, const Rigid3& T_refbase_camera, const Rigid3& T_base_camera,
+                         double scale);
 
 }  // namespace planar_vslam
