@@ -126,6 +126,7 @@ int Run(const RunArguments& arguments) {
                  arguments.input.c_str());
   }
   RunSettings settings;
+  settings.use_odometry = use_odometry;
   settings.deterministic = arguments.deterministic;
   if (arguments.rate > 0.0) settings.rate = arguments.rate;
   if (arguments.until > 0.0) settings.until = arguments.until;

@@ -362,7 +362,8 @@ TrackResult Tracker::Track(const TrackInput& input, const Map& map) {
     result.matches.landmarks.resize(input.features->keypoints.size());
     result.inliers = 0;
   }
-  result.wants_keyframe = result.status != TrackStatus::kLost && WantsKeyframe(input, map, result);
+  result.wants_keyframe =
+      input.may_make_keyframe && result.status != TrackStatus::kLost && WantsKeyframe(input, map, result);
   if (result.wants_keyframe && result.inliers > 0) TestFloor(input, map, prediction, result);
   result.on_floor = floor_.on_floor();
   Remember(input, map, &result);

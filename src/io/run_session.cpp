@@ -52,7 +52,7 @@ class Session {
       : recording_(recording),
         system_(system),
         settings_(settings),
-        synchronizer_(recording.info().has_odometry),
+        synchronizer_(recording.info().has_odometry && settings.use_odometry),
         pace_(settings.rate) {}
 
   Expected<RunResult> Run() {
@@ -109,6 +109,7 @@ class Session {
   void PrependMeasurements(FramePacket* packet) {
     if (!kept_.has_value()) return;
     std::vector<OdometryReading> odometry = std::move(kept_->odometry);
+    if (!packet->T_odom_base.has_value()) odometry.clear();  // it would not reach this image
     if (!odometry.empty() && !packet->odometry.empty()) packet->odometry.erase(packet->odometry.begin());
     packet->odometry.insert(packet->odometry.begin(), odometry.begin(), odometry.end());
     std::vector<ScanPacket> scans = std::move(kept_->scans);

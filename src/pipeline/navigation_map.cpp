@@ -59,8 +59,8 @@ MapBuilder BuildNavigationMap(const Map& map, const TrajectoryRecorder& trajecto
   for (const AnchoredScan& scan : scans) {
     // The laser sweeps in the plane of the floor: sway of the body is not its own.
     const Rigid2 T_map_base = ProjectToPlane(poses[scan.frame].second) * scan.T_frame_base;
-    builder.InsertScan({Embed3(T_map_base) * scan.T_base_laser, scan.scan.angle_min, scan.scan.angle_increment,
-                        scan.scan.range_min, scan.scan.range_max, &scan.scan.ranges});
+    builder.InsertScan({Embed3(T_map_base) * scan.T_base_laser, scan.scan->angle_min, scan.scan->angle_increment,
+                        scan.scan->range_min, scan.scan->range_max, &scan.scan->ranges});
   }
   for (const auto& [stamp, T_map_base] : poses) builder.MarkFootprint(T_map_base.translation.head<2>());
   return builder;

@@ -114,7 +114,6 @@ FrameReport SlamSystem::Process(const FramePacket& packet) {
   } else {
     TrackFrame(packet, features, step, &report);
   }
-  report.metric = map_ != nullptr && map_->metric;
   report.total_ms = total.Milliseconds();
   ++report_.frames[report.state];
   return report;
@@ -136,6 +135,7 @@ void SlamSystem::Initialize(const FramePacket& packet, const FrameFeaturesPtr& f
   report->state = FrameState::kTracking;
   report->keyframe = true;
   report->T_map_base = keyframe.T_map_base;
+  report->metric = map_->metric;
   report->inliers = static_cast<int>(map_->landmarks.size());
   T_map_base_last_ = keyframe.T_map_base;
   KeepScans(packet);
@@ -166,23 +166,27 @@ void SlamSystem::PlaceEarlyFrames() {
 void SlamSystem::TrackFrame(const FramePacket& packet, const FrameFeaturesPtr& features,
                             const std::optional<PreintegratedOdometry>& step, FrameReport* report) {
   CollectMapping(false);
+  report->metric = map_->metric;  // of the map the pose is found in: scale may be recovered before this frame is done
   const Stopwatch tracking;
   if (step.has_value() && since_keyframe_.has_value()) {
     since_keyframe_ = Compose(*since_keyframe_, *step);
   } else {
     since_keyframe_.reset();
   }
-  TrackResult result = tracker_.Track({packet.image.stamp, features, packet.T_base_camera, step}, *map_);
+  TrackResult result =
+      tracker_.Track({packet.image.stamp, features, packet.T_base_camera, step, !pending_.has_value()}, *map_);
   report->track_ms = tracking.Milliseconds();
   report->state = ToState(result.status);
   report->inliers = result.inliers;
   report->covariance = result.covariance;
   report->odometry_rejected = result.odometry_rejected;
   report_.odometry_rejected += result.odometry_rejected ? 1 : 0;
-  sightings_.predicted_visible.insert(sightings_.predicted_visible.end(), result.matches.visible.begin(),
-                                      result.matches.visible.end());
-  for (const LandmarkId id : result.matches.landmarks) {
-    if (id.valid()) sightings_.found.push_back(id);
+  constexpr std::size_t kEnoughSightings = 200'000;  // a robot that stands for hours makes no keyframe to take them
+  if (sightings_.predicted_visible.size() < kEnoughSightings) {
+    sightings_.predicted_visible.insert(sightings_.predicted_visible.end(), result.matches.visible.begin(),
+                                        result.matches.visible.end());
+    std::copy_if(result.matches.landmarks.begin(), result.matches.landmarks.end(), std::back_inserter(sightings_.found),
+                 [](LandmarkId id) { return id.valid(); });
   }
   if (result.status == TrackStatus::kLost) return;
   report->T_map_base = result.T_map_base;
@@ -269,7 +273,8 @@ void SlamSystem::TryScaleRecovery(Timestamp stamp) {
 void SlamSystem::KeepScans(const FramePacket& packet) {
   if (trajectory_.size() == 0) return;
   for (const ScanPacket& scan : packet.scans) {
-    scans_.push_back({scan.scan, scan.T_base_laser, scan.T_frame_base, trajectory_.size() - 1});
+    scans_.push_back(
+        {std::make_shared<const PlanarScan>(scan.scan), scan.T_base_laser, scan.T_frame_base, trajectory_.size() - 1});
   }
 }
 

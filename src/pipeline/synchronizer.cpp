@@ -15,6 +15,7 @@ void Synchronizer::Push(CameraFrame frame) {
 }
 
 void Synchronizer::Push(const OdometryReading& reading) {
+  if (!with_odometry_) return;
   switch (odometry_.Push(reading)) {
     case PushResult::kAccepted:
       break;
@@ -61,7 +62,14 @@ FramePacket Synchronizer::Assemble(CameraFrame frame) {
 std::optional<FramePacket> Synchronizer::Pop() {
   while (!images_.empty()) {
     const Timestamp stamp = images_.front().image.stamp;
-    if (with_odometry_ && !finished_ && (odometry_.empty() || odometry_.last_stamp() < stamp)) return std::nullopt;
+    const bool waits = with_odometry_ && !finished_ && (odometry_.empty() || odometry_.last_stamp() < stamp);
+    constexpr double kPatience = 2.0;  // s of newer images; the next covered image bridges the gap
+    if (waits && SecondsBetween(stamp, images_.back().image.stamp) > kPatience) {
+      ++dropped_["image waited for odometry in vain"];
+      images_.pop_front();
+      continue;
+    }
+    if (waits) return std::nullopt;
     const bool before_odometry =
         with_odometry_ && !last_packet_.has_value() && (odometry_.empty() || stamp < odometry_.first_stamp());
     if (before_odometry) {

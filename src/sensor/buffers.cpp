@@ -9,7 +9,11 @@ namespace planar_vslam {
 
 namespace {
 
-bool IsFinite(const Rigid2& T) { return T.translation.allFinite() && std::isfinite(T.angle); }
+constexpr double kFarthest = 1e7;  // m: a larger reading is corrupt, and its square would leave a covariance no digits
+
+bool IsFinite(const Rigid2& T) {
+  return T.translation.allFinite() && T.translation.cwiseAbs().maxCoeff() < kFarthest && std::isfinite(T.angle);
+}
 bool IsFinite(const Rigid3& T) { return T.translation.allFinite() && std::isfinite(T.rotation.norm()); }
 
 double Fraction(Timestamp before, Timestamp stamp, Timestamp after) {

@@ -56,6 +56,7 @@ struct TrackInput {
   FrameFeaturesPtr features;
   Rigid3 T_base_camera;
   std::optional<PreintegratedOdometry> odometry;  // since the last tracked frame
+  bool may_make_keyframe = true;                  // no keyframe is wanted while the last one is still being mapped
 };
 
 struct TrackResult {

@@ -16,6 +16,7 @@
 namespace planar_vslam {
 
 struct RunSettings {
+  bool use_odometry = true;     // false: odometry and scans of the recording are ignored
   bool deterministic = false;   // inline schedule, no wall-clock in any output
   std::optional<double> rate;   // times real time, dropping frames as a live robot would; absent: no frame dropped
   std::optional<double> until;  // s after the first image

@@ -51,7 +51,7 @@ struct SystemReport {
 
 // A laser sweep kept with the frame it was taken near.
 struct AnchoredScan {
-  PlanarScan scan;
+  std::shared_ptr<const PlanarScan> scan;  // shared: snapshots for publishing copy no ranges
   Rigid3 T_base_laser;
   Rigid2 T_frame_base;
   std::size_t frame = 0;  // index into the recorded trajectory

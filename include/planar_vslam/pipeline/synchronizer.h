@@ -27,7 +27,8 @@ struct FramePacket {
 
 class Synchronizer {
  public:
-  // `with_odometry`: images wait for odometry; otherwise they pass at once, and scans are ignored.
+  // `with_odometry`: images wait for odometry, at most 2 s of newer images; otherwise they pass at once, and odometry
+  // and scans are ignored.
   explicit Synchronizer(bool with_odometry) : with_odometry_(with_odometry) {}
 
   void Push(CameraFrame frame);
