@@ -25,7 +25,7 @@ struct NodeSettings {
   double map_points_period = 1.0;             // s between point clouds, paths and keyframe lists
   std::filesystem::path map_directory = ".";  // save_map writes here and nowhere else
   int queue_size_images = 3;                  // images that wait for tracking; older ones are dropped
-  bool lossless = false;                      // drop nothing: for recordings, not for robots
+  bool lossless = false;                      // drop nothing, map each keyframe at once: for recordings, not for robots
 
   bool with_odometry() const { return odometry != OdometrySource::kNone; }
   bool has_base() const { return !pipeline.topics.base_frame.empty(); }

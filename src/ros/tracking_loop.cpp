@@ -218,7 +218,9 @@ bool TrackingLoop::Use(const WaitingImage& image) {
 }
 
 void TrackingLoop::StartSystem() {
-  system_ = std::make_unique<SlamSystem>(settings_.pipeline, *camera_, settings_.has_base(), Schedule::kThreaded);
+  // A recording played losslessly has no hurry: the inline schedule gives the command line's poses.
+  const Schedule schedule = settings_.lossless ? Schedule::kInline : Schedule::kThreaded;
+  system_ = std::make_unique<SlamSystem>(settings_.pipeline, *camera_, settings_.has_base(), schedule);
 }
 
 void TrackingLoop::Process() {

@@ -186,7 +186,7 @@ tf2_ros::Buffer* Replay::tf_ = nullptr;
 tf2_ros::TransformListener* Replay::tf_listener_ = nullptr;
 bool Replay::complete_ = false;
 
-// Keyframes are mapped on another thread here: each is available a frame or two later than on the command line.
+// Played losslessly, the node does what the command line does; only the transforms' rounding differs.
 TEST_F(Replay, PosesAreThoseOfTheCommandLine) {
   ASSERT_TRUE(complete_) << "poses did not reach the end of the drive";
   double squares = 0.0, worst = 0.0;
