@@ -5,8 +5,9 @@
 namespace planar_vslam {
 namespace {
 
-// 7 sigma. A map's own tilt and bend reach 4 to 5 sigma on a flat floor with few landmarks; a street or a ramp of a few
-// degrees passes 7 within its first metres.
+// 7 sigma: far beyond the noise of a pose, because a map of few landmarks tilts and bends by itself (which at times
+// reaches this limit too, on a flat floor). A street or a ramp of a few degrees passes it within its first metres. An
+// empirical limit: see BENCHMARK.md.
 constexpr double kReleaseSquared = 49.0;
 constexpr double kChi2ThreeDof90 = 6.251;  // chi-square, 3 dof, 90 %
 constexpr int kReleaseAfter = 3;

@@ -202,15 +202,15 @@ bool Tracker::TrackLastFrame(const TrackInput& input, const Map& map, const Pred
   return false;
 }
 
-// The map projected around the prediction, window by the prediction's covariance; without odometry, the latest
-// keyframes and those nearest to where the camera was, one by one.
+// The map projected around the prediction, window by the prediction's covariance; without odometry, the keyframes
+// nearest to where the camera was, one by one.
 bool Tracker::Rematch(const TrackInput& input, const Map& map, const Prediction& prediction,
                       TrackResult* result) const {
   const Rigid3 T_map_camera = prediction.T_map_base * input.T_base_camera;
-  std::vector<KeyframeId> keyframes =
-      NearbyKeyframes(map, T_map_camera, map.metric ? 2.0 * context_.options.nearby_distance : 1e9,
-                      context_.options.nearby_angle, static_cast<std::size_t>(context_.options.local_keyframes));
   if (prediction.from_odometry) {
+    const std::vector<KeyframeId> keyframes =
+        NearbyKeyframes(map, T_map_camera, 2.0 * context_.options.nearby_distance, context_.options.nearby_angle,
+                        static_cast<std::size_t>(context_.options.local_keyframes));
     const double heading_sigma = std::sqrt(prediction.covariance(5, 5));
     const double position_sigma = std::sqrt(prediction.covariance.topLeftCorner<2, 2>().trace());
     constexpr double kTypicalDepth = 3.0;  // m, turns a position error into pixels
@@ -224,15 +224,12 @@ bool Tracker::Rematch(const TrackInput& input, const Map& map, const Prediction&
     result->T_map_base = prediction.T_map_base;
     SearchByProjection(map, LandmarksOf(map, keyframes), T_map_camera, context_.camera, *input.features, search,
                        &result->matches);
-    if (result->matches.count >= context_.options.min_inliers_rematch && Optimize(input, map, prediction, result) &&
-        result->inliers >= context_.options.min_inliers_rematch && !result->odometry_rejected) {
-      return true;
-    }
-    return false;
+    return result->matches.count >= context_.options.min_inliers_rematch && Optimize(input, map, prediction, result) &&
+           result->inliers >= context_.options.min_inliers_rematch && !result->odometry_rejected;
   }
-  keyframes = NearbyKeyframes(map, T_map_camera, 1e9, M_PI, kRelocalizationCandidates);
+  constexpr double kAnywhere = 1e9;
   const RelocalizerOptions options;
-  for (const KeyframeId keyframe : keyframes) {
+  for (const KeyframeId keyframe : NearbyKeyframes(map, T_map_camera, kAnywhere, M_PI, kRelocalizationCandidates)) {
     const auto hypothesis = RelocalizeAgainst(map, keyframe, *input.features, context_.camera, options);
     if (!hypothesis.has_value()) continue;
     result->matches = hypothesis->matches;
