@@ -73,7 +73,9 @@ MappingOutcome MapKeyframe(Map map, const KeyframeProposal& proposal, const Mapp
   if (proposal.odometry.has_value()) {
     keyframe.odometry_link = OdometryLink{std::prev(map.keyframes.end())->first, *proposal.odometry};
   }
-  map = Apply(std::move(map), {proposal.sightings, AddKeyframe{id, std::move(keyframe)}});
+  MapEdit arrival{proposal.sightings, AddKeyframe{id, std::move(keyframe)}};
+  arrival.insert(arrival.end(), proposal.sweeps.begin(), proposal.sweeps.end());
+  map = Apply(std::move(map), arrival);
 
   const std::size_t before = map.landmarks.size();
   const MapEdit recent = CullRecentLandmarks(map, id, context.options);

@@ -13,6 +13,7 @@
 #include "planar_vslam/io/trajectory.h"
 #include "planar_vslam/map/map_file.h"
 #include "planar_vslam/pipeline/navigation_map.h"
+#include "planar_vslam/pipeline/options.h"
 
 namespace planar_vslam {
 namespace {
@@ -88,7 +89,7 @@ std::string ToText(const SavedMap& saved, const MapStatistics& s) {
 }
 
 int Info(const fs::path& path, bool json) {
-  const Expected<SavedMap> saved = LoadMap(path);
+  const Expected<SavedMap> saved = LoadMapFile(path);
   if (!saved) return Fail(kExitBadInput, saved.error().message);
   const MapStatistics statistics = StatisticsOf(saved->map, path);
   std::fputs((json ? ToJson(*saved, statistics) : ToText(*saved, statistics)).c_str(), stdout);
@@ -115,7 +116,7 @@ int Check(const fs::path& path) {
 // ---- map export
 
 struct ExportArguments {
-  fs::path map, pcd, ply, tum, octomap, pgm, yaml;
+  fs::path map, pcd, ply, tum, octomap, pgm, yaml, config;
 
   bool wants_grid() const { return !pgm.empty() || !yaml.empty(); }
   fs::path YamlPath() const { return yaml.empty() ? fs::path(pgm).replace_extension(".yaml") : yaml; }
@@ -137,23 +138,16 @@ std::string ProblemOf(const ExportArguments& a) {
   return "";
 }
 
-// The keyframes as the driven path: a saved map has no other frames.
-TrajectoryRecorder KeyframePath(const Map& map) {
-  TrajectoryRecorder path;
-  for (const auto& [id, keyframe] : map.keyframes) path.Add({keyframe.stamp, id, Rigid3(), keyframe.T_base_camera});
-  return path;
-}
-
-Expected<bool> WriteNavigationMaps(const SavedMap& saved, const ExportArguments& arguments) {
-  const MapBuilder builder = BuildNavigationMap(saved.map, KeyframePath(saved.map), {}, saved.camera,
-                                                MapBuilderOptions{}, LandmarkAcceptance{});
+Expected<bool> WriteNavigationMaps(const SavedMap& saved, const ExportArguments& arguments,
+                                   const MapBuilderOptions& options) {
+  const MapBuilder builder = BuildNavigationMap(saved.map, saved.camera, options, LandmarkAcceptance{});
   if (!arguments.octomap.empty()) {
     if (Expected<bool> done = builder.WriteOctomap(arguments.octomap); !done) return done;
   }
   return arguments.wants_grid() ? WriteMapServerFiles(builder.Grid(), arguments.YamlPath()) : Expected<bool>(true);
 }
 
-Expected<bool> WriteExports(const SavedMap& saved, const ExportArguments& arguments) {
+Expected<bool> WriteExports(const SavedMap& saved, const ExportArguments& arguments, const MapBuilderOptions& options) {
   const bool navigation = !arguments.octomap.empty() || arguments.wants_grid();
   if (navigation && !saved.map.metric) {
     return Error{arguments.map.string() + ": scale unknown, expected a metric map for --octomap, --pgm and --yaml"};
@@ -170,15 +164,20 @@ Expected<bool> WriteExports(const SavedMap& saved, const ExportArguments& argume
     for (const auto& [id, keyframe] : saved.map.keyframes) keyframes.push_back({keyframe.stamp, keyframe.T_map_base});
     if (Expected<bool> done = WriteTrajectory(keyframes, arguments.tum); !done) return done;
   }
-  return navigation ? WriteNavigationMaps(saved, arguments) : Expected<bool>(true);
+  return navigation ? WriteNavigationMaps(saved, arguments, options) : Expected<bool>(true);
 }
 
 int Export(const ExportArguments& arguments) {
   const std::string problem = ProblemOf(arguments);
   if (!problem.empty()) return Fail(kExitBadInput, problem);
-  const Expected<SavedMap> saved = LoadMap(arguments.map);
+  Expected<PipelineOptions> options{PipelineOptions{}};
+  if (!arguments.config.empty()) options = LoadOptions(arguments.config);
+  if (!options) return Fail(kExitBadInput, options.error().message);
+  const std::vector<std::string> invalid = options->mapping2d.Problems();
+  if (!invalid.empty()) return Fail(kExitBadInput, fmt::format("mapping2d: {}", fmt::join(invalid, "; ")));
+  const Expected<SavedMap> saved = LoadMapFile(arguments.map);
   if (!saved) return Fail(kExitBadInput, saved.error().message);
-  const Expected<bool> written = WriteExports(*saved, arguments);
+  const Expected<bool> written = WriteExports(*saved, arguments, options->mapping2d);
   return written ? kExitSuccess : Fail(kExitFailure, written.error().message);
 }
 
@@ -205,17 +204,18 @@ void AddCheck(CLI::App& map, int* exit_code) {
 
 void AddExport(CLI::App& map, int* exit_code) {
   auto arguments = std::make_shared<ExportArguments>();
-  CLI::App* command = map.add_subcommand(
-      "export",
-      "Write a saved map in other programs' formats. A saved map holds no laser scans: OctoMap and grid come from its "
-      "visual landmarks and keyframe poses alone, and need a metric map");
+  CLI::App* command = map.add_subcommand("export",
+                                         "Write a saved map in other programs' formats. OctoMap and grid come from its "
+                                         "landmarks and laser sweeps, and need "
+                                         "a metric map");
   command->add_option("file", arguments->map, "Saved map (.pvm)")->required();
   command->add_option("--pcd", arguments->pcd, "Landmarks with normals, PCD");
   command->add_option("--ply", arguments->ply, "Landmarks with normals, PLY");
   command->add_option("--tum", arguments->tum, "Keyframe poses, TUM trajectory");
-  command->add_option("--octomap", arguments->octomap, "OctoMap: binary .bt, or .ot with probabilities; visual only");
-  command->add_option("--pgm", arguments->pgm, "Occupancy grid for map_server and its .yaml beside it; visual only");
+  command->add_option("--octomap", arguments->octomap, "OctoMap: binary .bt, or .ot with probabilities");
+  command->add_option("--pgm", arguments->pgm, "Occupancy grid for map_server and its .yaml beside it");
   command->add_option("--yaml", arguments->yaml, "The same, by the name of the .yaml");
+  command->add_option("--config", arguments->config, "YAML configuration, of which mapping2d counts");
   command->callback([arguments, exit_code] { *exit_code = Export(*arguments); });
 }
 

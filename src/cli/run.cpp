@@ -15,7 +15,8 @@ namespace {
 namespace fs = std::filesystem;
 
 struct RunArguments {
-  fs::path input, out, config, odometry, save_map;
+  fs::path input, out, config, odometry, map, save_map;
+  std::string mode;
   std::vector<std::string> assignments;
   bool deterministic = false, quiet = false;
   double rate = 0.0, until = 0.0;
@@ -49,9 +50,14 @@ Expected<PipelineOptions> ReadOptions(const RunArguments& arguments) {
     if (!options.ok()) return options;
     options = SetOption(std::move(options).value(), assignment);
   }
+  if (options.ok() && !arguments.mode.empty())
+    options = SetOption(std::move(options).value(), "mode=" + arguments.mode);
   if (!options.ok()) return options;
   const std::vector<std::string> problems = options->Problems();
   if (!problems.empty()) return Error{fmt::format("configuration: {}", fmt::join(problems, "; "))};
+  if (options->mode == RunMode::kLocalization && arguments.map.empty()) {
+    return Error{"--mode localization: expected the map to localize in, --map FILE"};
+  }
   return options;
 }
 
@@ -100,7 +106,17 @@ Expected<bool> PrepareSaving(const fs::path& path) {
 
 Expected<bool> SaveFinalMap(const SlamSystem& system, const CameraModel& camera, const fs::path& path) {
   if (system.map() == nullptr) return Error{path.string() + ": not saved, expected a map but none was initialised"};
-  return SaveMap(*system.map(), camera, path);
+  return SaveMapFile(*system.map(), camera, path);
+}
+
+// Without --map there is nothing to do.
+Expected<bool> StartFromSavedMap(const fs::path& path, SlamSystem* system) {
+  if (path.empty()) return true;
+  const Expected<SavedMap> saved = LoadMapFile(path);
+  if (!saved.ok()) return saved.error();
+  const std::vector<std::string> problems = system->StartFrom(*saved);
+  if (!problems.empty()) return Error{fmt::format("--map {}: {}", path.string(), fmt::join(problems, "; "))};
+  return true;
 }
 
 int Run(const RunArguments& arguments) {
@@ -120,7 +136,7 @@ int Run(const RunArguments& arguments) {
                 fmt::format("--out {}: cannot be created: {}", arguments.out.string(), failed.message()));
   const RecordingInfo& info = (*recording)->info();
   const bool use_odometry = info.has_odometry && options->odometry != OdometryUse::kOff;
-  if (options->initializer.mode == InitializationMode::kOdometry && !use_odometry) {
+  if (options->initializer.mode == InitializationMode::kOdometry && !use_odometry && arguments.map.empty()) {
     options->initializer.mode = InitializationMode::kVisual;
     std::fprintf(stderr, "planar_vslam: no odometry in %s: initialising visually, scale stays unknown\n",
                  arguments.input.c_str());
@@ -133,6 +149,8 @@ int Run(const RunArguments& arguments) {
   if (!arguments.quiet) settings.progress = ProgressBar();
   const Schedule schedule = arguments.rate > 0.0 && !arguments.deterministic ? Schedule::kThreaded : Schedule::kInline;
   SlamSystem system(*options, info.camera, info.has_base_transform, schedule);
+  const Expected<bool> started = StartFromSavedMap(arguments.map, &system);
+  if (!started.ok()) return Fail(kExitBadInput, started.error().message);
   const Expected<RunResult> result = RunSession(**recording, system, settings);
   if (!result.ok()) return Fail(kExitBadInput, result.error().message);
   const Expected<bool> written =
@@ -155,6 +173,8 @@ void AddRun(CLI::App& app, int* exit_code) {
   command->add_option("input", arguments->input, "rosbag (v2), or folder in the shared, TUM-RGBD or KITTI layout")
       ->required();
   command->add_option("--out", arguments->out, "Folder for the results")->required();
+  command->add_option("--mode", arguments->mode, "mapping, or localization in the map of --map, which stays as it is");
+  command->add_option("--map", arguments->map, "Start from this saved map (.pvm)");
   command->add_option("--save-map", arguments->save_map, "Save the map here too, beside DIR/map.pvm");
   command->add_option("--config", arguments->config, "YAML configuration");
   command->add_option("--set", arguments->assignments, "Override one configuration value: key=value")

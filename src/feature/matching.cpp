@@ -115,6 +115,18 @@ std::vector<FeatureMatch> MatchBruteForce(const FrameFeatures& first, const std:
   return Finish(first, second, found, options);
 }
 
+std::vector<NearestDescriptor> FindNearestDescriptors(const std::vector<Descriptor>& queries,
+                                                      const std::vector<Descriptor>& database) {
+  PV_CHECK(!database.empty(), "nothing to find");
+  std::vector<NearestDescriptor> nearest;
+  nearest.reserve(queries.size());
+  for (const Descriptor& query : queries) {
+    const auto [index, distance] = NearestByHamming(query, database);
+    nearest.push_back({index, distance});
+  }
+  return nearest;
+}
+
 void KeepConsistentRotation(const FrameFeatures& first, const FrameFeatures& second,
                             std::vector<FeatureMatch>* matches) {
   std::array<int, kRotationBins> count{};

@@ -103,6 +103,33 @@ std::vector<KeyframeId> NearbyKeyframes(const Map& map, const Rigid3& T_map_came
   return ids;
 }
 
+std::vector<LandmarkId> ValidOnly(const std::vector<LandmarkId>& ids) {
+  std::vector<LandmarkId> valid;
+  std::copy_if(ids.begin(), ids.end(), std::back_inserter(valid), [](LandmarkId id) { return id.valid(); });
+  return valid;
+}
+
+int CountWellObserved(const Map& map, const std::vector<LandmarkId>& ids) {
+  constexpr std::size_t kWellObserved = 2;
+  return static_cast<int>(std::count_if(ids.begin(), ids.end(), [&map](LandmarkId id) {
+    const Landmark* landmark = id.valid() ? map.landmarks.Find(id) : nullptr;
+    return landmark != nullptr && landmark->observations.size() >= kWellObserved;
+  }));
+}
+
+double MedianDepth(const Map& map, const std::vector<LandmarkId>& ids, const Rigid3& T_map_camera) {
+  const Rigid3 T_camera_map = T_map_camera.Inverse();
+  std::vector<double> depths;
+  for (const LandmarkId id : ids) {
+    const Landmark* landmark = id.valid() ? map.landmarks.Find(id) : nullptr;
+    if (landmark != nullptr) depths.push_back((T_camera_map * landmark->p_map).z());
+  }
+  if (depths.empty()) return 0.0;
+  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
+  std::nth_element(depths.begin(), middle, depths.end());
+  return *middle;
+}
+
 std::vector<LandmarkId> LandmarksOf(const Map& map, const std::vector<KeyframeId>& keyframes) {
   std::vector<LandmarkId> ids;
   for (const KeyframeId keyframe : keyframes) {

@@ -67,4 +67,20 @@ std::optional<RelocalizationHypothesis> RelocalizeAgainst(const Map& map, Keyfra
   return hypothesis;
 }
 
+std::vector<KeyframeId> KeyframesResembling(const Map& map, const FrameFeatures& features, std::size_t limit) {
+  if (map.landmarks.empty()) return {};
+  constexpr int kMaxDistance = 50;  // bits, as a match between images of the same place
+  std::vector<LandmarkId> ids;
+  std::vector<Descriptor> descriptors;
+  for (const auto& [id, landmark] : map.landmarks) {
+    ids.push_back(id);
+    descriptors.push_back(landmark.descriptor);
+  }
+  std::vector<LandmarkId> resembled;
+  for (const NearestDescriptor& nearest : FindNearestDescriptors(features.descriptors, descriptors)) {
+    if (nearest.distance <= kMaxDistance) resembled.push_back(ids[static_cast<std::size_t>(nearest.index)]);
+  }
+  return VotedKeyframes(map, resembled, limit);
+}
+
 }  // namespace planar_vslam

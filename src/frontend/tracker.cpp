@@ -18,33 +18,6 @@ Matrix6d Propagate(const Matrix6d& covariance, const Rigid3& T_i_j) {
   return adjoint * covariance * adjoint.transpose();
 }
 
-std::vector<LandmarkId> ValidOnly(const std::vector<LandmarkId>& ids) {
-  std::vector<LandmarkId> valid;
-  std::copy_if(ids.begin(), ids.end(), std::back_inserter(valid), [](LandmarkId id) { return id.valid(); });
-  return valid;
-}
-
-int CountWellObserved(const Map& map, const std::vector<LandmarkId>& ids) {
-  constexpr std::size_t kWellObserved = 2;
-  return static_cast<int>(std::count_if(ids.begin(), ids.end(), [&map](LandmarkId id) {
-    const Landmark* landmark = id.valid() ? map.landmarks.Find(id) : nullptr;
-    return landmark != nullptr && landmark->observations.size() >= kWellObserved;
-  }));
-}
-
-double MedianDepth(const Map& map, const std::vector<LandmarkId>& ids, const Rigid3& T_map_camera) {
-  const Rigid3 T_camera_map = T_map_camera.Inverse();
-  std::vector<double> depths;
-  for (const LandmarkId id : ids) {
-    const Landmark* landmark = id.valid() ? map.landmarks.Find(id) : nullptr;
-    if (landmark != nullptr) depths.push_back((T_camera_map * landmark->p_map).z());
-  }
-  if (depths.empty()) return 0.0;
-  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-  std::nth_element(depths.begin(), middle, depths.end());
-  return *middle;
-}
-
 }  // namespace
 
 std::vector<std::string> TrackerOptions::Problems() const {
@@ -71,8 +44,11 @@ void Tracker::Start(const Map& map, KeyframeId keyframe) {
   last_ = {keyframe, k.T_map_base, Rigid3(), k.T_base_camera, ValidOnly(k.landmarks), Matrix6d::Zero()};
   velocity_.reset();
   visually_tracked_ = true;
+  localized_ = true;
   OnKeyframe(map, keyframe, Rigid3());
 }
+
+void Tracker::StartUnlocalized() { *this = Tracker(context_); }
 
 void Tracker::OnMapScaled(const Map& map, double scale) {
   const Keyframe* reference = map.keyframes.Find(last_.reference);
@@ -203,7 +179,7 @@ bool Tracker::TrackLastFrame(const TrackInput& input, const Map& map, const Pred
 }
 
 // The map projected around the prediction, window by the prediction's covariance; without odometry, the keyframes
-// nearest to where the camera was, one by one.
+// that look most like the image, one by one.
 bool Tracker::Rematch(const TrackInput& input, const Map& map, const Prediction& prediction,
                       TrackResult* result) const {
   const Rigid3 T_map_camera = prediction.T_map_base * input.T_base_camera;
@@ -227,46 +203,13 @@ bool Tracker::Rematch(const TrackInput& input, const Map& map, const Prediction&
     return result->matches.count >= context_.options.min_inliers_rematch && Optimize(input, map, prediction, result) &&
            result->inliers >= context_.options.min_inliers_rematch && !result->odometry_rejected;
   }
-  constexpr double kAnywhere = 1e9;
   const RelocalizerOptions options;
-  for (const KeyframeId keyframe : NearbyKeyframes(map, T_map_camera, kAnywhere, M_PI, kRelocalizationCandidates)) {
+  for (const KeyframeId keyframe : KeyframesResembling(map, *input.features, kRelocalizationCandidates)) {
     const auto hypothesis = RelocalizeAgainst(map, keyframe, *input.features, context_.camera, options);
     if (!hypothesis.has_value()) continue;
     result->matches = hypothesis->matches;
     result->T_map_base = hypothesis->T_map_camera * input.T_base_camera.Inverse();
     if (Optimize(input, map, prediction, result)) return true;
-  }
-  return false;
-}
-
-// On odometry that the map around it does not confirm (a slip while blind, a kidnapped robot): poses found by
-// descriptor matching alone are held back until three in a row agree through odometry.
-bool Tracker::ConfirmHypothesis(const TrackInput& input, const Map& map, const Prediction& prediction,
-                                TrackResult* result) {
-  constexpr double kSearchDistance = 3.0;  // m around the odometry pose
-  constexpr double kSearchAngle = DegreesToRadians(60.0);
-  constexpr double kAgreePosition = 0.10;  // m
-  constexpr double kAgreeAngle = DegreesToRadians(3.0);
-  constexpr int kConfirmations = 3;
-  constexpr std::size_t kCandidates = 3;
-  std::optional<Hypothesis> previous;
-  previous.swap(hypothesis_);
-  const RelocalizerOptions options;
-  for (const KeyframeId keyframe :
-       NearbyKeyframes(map, prediction.T_map_base * input.T_base_camera, kSearchDistance, kSearchAngle, kCandidates)) {
-    const auto found = RelocalizeAgainst(map, keyframe, *input.features, context_.camera, options);
-    if (!found.has_value()) continue;
-    result->matches = found->matches;
-    result->T_map_base = found->T_map_camera * input.T_base_camera.Inverse();
-    if (!Optimize(input, map, prediction, result)) continue;
-    hypothesis_ = Hypothesis{result->T_map_base, 1};
-    if (previous.has_value() && input.odometry.has_value()) {
-      const Vector6d difference =
-          LogSe3((previous->T_map_base * Embed3(input.odometry->T_i_j)).Inverse() * result->T_map_base);
-      const bool agrees = difference.head<3>().norm() < kAgreePosition && difference.tail<3>().norm() < kAgreeAngle;
-      if (agrees) hypothesis_->confirmations = previous->confirmations + 1;
-    }
-    return hypothesis_->confirmations >= kConfirmations;
   }
   return false;
 }
@@ -324,33 +267,40 @@ void Tracker::Remember(const TrackInput& input, const Map& map, TrackResult* res
   last_.covariance = result->covariance;
   if (tracked) last_.landmarks = ValidOnly(result->matches.landmarks);
   visually_tracked_ = tracked;
+  blind_frames_ = tracked ? 0 : blind_frames_ + 1;
   ++frames_since_keyframe_;
   result->reference = last_.reference;
   result->T_ref_base = last_.T_ref_base;
 }
 
+bool Tracker::FindFirstPose(const TrackInput& input, const Map& map, const Prediction& prediction, Prediction* used,
+                            TrackResult* result) {
+  *used = prediction;
+  if (localized_) {
+    if (TrackLastFrame(input, map, prediction, result)) return true;
+    if (prediction.from_odometry && visually_tracked_) {  // a large slip: look where the motion so far leads
+      *used = PredictWithoutOdometry(map);
+      if (TrackLastFrame(input, map, *used, result)) return true;
+    }
+    *used = prediction;
+    if (Rematch(input, map, prediction, result)) return true;
+    if (!prediction.from_odometry) return false;
+  }
+  used->from_odometry = false;
+  return ConfirmHypothesis(input, map, *used, result);
+}
+
 TrackResult Tracker::Track(const TrackInput& input, const Map& map) {
-  const Prediction prediction = Predict(input, map);
-  Prediction used = prediction;
+  const Prediction prediction = localized_ ? Predict(input, map) : Prediction{};
+  Prediction used;
   TrackResult result;
   const bool was_tracked = visually_tracked_;
-  bool first = TrackLastFrame(input, map, prediction, &result);
-  if (!first && prediction.from_odometry && was_tracked) {  // a large slip: look where the motion so far leads
-    used = PredictWithoutOdometry(map);
-    first = TrackLastFrame(input, map, used, &result);
-  }
-  if (!first) {
-    used = prediction;
-    first = Rematch(input, map, prediction, &result);
-  }
-  if (!first && prediction.from_odometry) {
-    used.from_odometry = false;
-    first = ConfirmHypothesis(input, map, used, &result);
-  }
-  if (first && TrackLocalMap(input, map, used, &result)) {
+  if (FindFirstPose(input, map, prediction, &used, &result) && TrackLocalMap(input, map, used, &result)) {
     result.odometry_rejected = result.odometry_rejected || used.from_odometry != prediction.from_odometry;
     hypothesis_.reset();
     result.status = was_tracked ? TrackStatus::kTracking : TrackStatus::kRelocalized;
+    result.jumped = !localized_ || IsJump(prediction, result);
+    if (result.jumped) Adopt(map, result);
   } else {
     result.status = prediction.from_odometry ? TrackStatus::kOdometry : TrackStatus::kLost;
     result.T_map_base = prediction.T_map_base;
@@ -358,6 +308,7 @@ TrackResult Tracker::Track(const TrackInput& input, const Map& map) {
     result.matches = FrameMatches{};
     result.matches.landmarks.resize(input.features->keypoints.size());
     result.inliers = 0;
+    if (!localized_) return result;
   }
   result.wants_keyframe =
       input.may_make_keyframe && result.status != TrackStatus::kLost && WantsKeyframe(input, map, result);

@@ -127,11 +127,10 @@ Json ReportJson(const SlamSystem& system, const RunResult& result, const Pipelin
 Expected<bool> WriteMaps(const fs::path& folder, const SlamSystem& system, const PipelineOptions& options,
                          const CameraModel& camera) {
   const Map& map = *system.map();
-  if (Expected<bool> done = SaveMap(map, camera, folder / "map.pvm"); !done.ok()) return done;
+  if (Expected<bool> done = SaveMapFile(map, camera, folder / "map.pvm"); !done.ok()) return done;
   if (Expected<bool> done = WritePcd(LandmarkCloud(map), folder / "points.pcd"); !done.ok()) return done;
   if (!map.metric) return true;
-  const MapBuilder builder =
-      BuildNavigationMap(map, system.trajectory(), system.scans(), camera, options.mapping2d, LandmarkAcceptance{});
+  const MapBuilder builder = BuildNavigationMap(map, camera, options.mapping2d, LandmarkAcceptance{});
   if (Expected<bool> done = builder.WriteOctomap(folder / "map.bt"); !done.ok()) return done;
   return WriteMapServerFiles(builder.Grid(), folder / "map.yaml");
 }

@@ -32,6 +32,7 @@ class Editor {
   void operator()(const EraseLandmarks& step);
   void operator()(const EraseKeyframe& step);
   void operator()(const MergeLandmarks& step);
+  void operator()(const AddSweeps& step);
   void operator()(const SetKeyframePose& step);
   void operator()(const SetLandmarkPosition& step);
   void operator()(const CountSightings& step);
@@ -48,6 +49,7 @@ class Editor {
   void Disconnect(LandmarkId id, KeyframeId keyframe);
   void FreeKeypoint(const Observation& observation);
   void EraseLandmark(LandmarkId id, Landmark* landmark);
+  void RehomeSweeps(KeyframeId erased_id);
   void BridgeOdometry(KeyframeId erased_id, const std::optional<OdometryLink>& erased_link);
   void EraseThinLandmarks();
   void UpdateDerivedFields();
@@ -162,7 +164,22 @@ void Editor::operator()(const EraseKeyframe& step) {
     if (id.valid()) Disconnect(id, step.id);
   }
   BridgeOdometry(step.id, keyframe->odometry_link);
+  RehomeSweeps(step.id);
   map_.keyframes.Erase({step.id});
+}
+
+void Editor::RehomeSweeps(KeyframeId erased_id) {
+  if (map_.keyframes.size() < 2) return;
+  auto erased = map_.keyframes.begin();
+  while (erased->first != erased_id) ++erased;
+  const KeyframeId home_id = (erased == map_.keyframes.begin() ? std::next(erased) : std::prev(erased))->first;
+  const Keyframe& from = erased->second;
+  Keyframe& home = map_.keyframes.At(home_id);
+  const Rigid2 T_home_from = ProjectToPlane(home.T_map_base).Inverse() * ProjectToPlane(from.T_map_base);
+  for (LaserSweep sweep : from.sweeps) {
+    sweep.T_keyframe_base = T_home_from * sweep.T_keyframe_base;
+    home.sweeps.push_back(std::move(sweep));
+  }
 }
 
 void Editor::BridgeOdometry(KeyframeId erased_id, const std::optional<OdometryLink>& erased_link) {
@@ -186,6 +203,13 @@ void Editor::operator()(const MergeLandmarks& step) {
   for (const Observation& o : observations) Connect(step.into, into, o);
   into->predicted_visible += from->predicted_visible;
   into->found += from->found;
+}
+
+void Editor::operator()(const AddSweeps& step) {
+  Keyframe* keyframe = map_.keyframes.Find(step.keyframe);
+  if (keyframe == nullptr) return;
+  for (const LaserSweep& sweep : step.sweeps) PV_CHECK(sweep.scan != nullptr, "keyframe " << step.keyframe.value);
+  keyframe->sweeps.insert(keyframe->sweeps.end(), step.sweeps.begin(), step.sweeps.end());
 }
 
 void Editor::operator()(const SetKeyframePose& step) {

@@ -23,7 +23,7 @@ using map_file::kTags;
 using map_file::Sections;
 
 constexpr std::string_view kMagic = "PVMAP\r\n\x1A";  // line ends and end-of-file mark: text-mode copying breaks them
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
 constexpr std::size_t kFileHeaderBytes = 8 + 4;
 constexpr std::size_t kSectionHeaderBytes = 4 + 8 + 8 + 4;
 constexpr std::size_t kTagBytes = 4;
@@ -101,7 +101,13 @@ Expected<std::string> UnpackSection(const char* tag, std::string_view* rest) {
   return *std::move(plain);
 }
 
-Expected<Sections> Unpack(const std::string& file) {
+// The sections of a file, and how many of them its version has.
+struct Unpacked {
+  Sections sections;
+  std::size_t count = 0;
+};
+
+Expected<Unpacked> Unpack(const std::string& file) {
   if (file.compare(0, kMagic.size(), kMagic) != 0) return Error{"not a saved map, expected PVMAP at the start"};
   const std::string after_magic = file.substr(kMagic.size(), kFileHeaderBytes - kMagic.size());
   ByteReader reader(after_magic);
@@ -112,16 +118,17 @@ Expected<Sections> Unpack(const std::string& file) {
     return Error{"version " + std::to_string(version) + " is of a newer planar_vslam, expected at most version " +
                  std::to_string(kVersion)};
   }
-  if (version != kVersion) return Error{"version 0, expected " + std::to_string(kVersion)};
-  Sections sections;
+  if (version == 0) return Error{"version 0, expected 1 to " + std::to_string(kVersion)};
+  Unpacked unpacked;
+  unpacked.count = version == 1 ? map_file::kTagsOfVersion1 : kTags.size();
   std::string_view rest = std::string_view(file).substr(kFileHeaderBytes);
-  for (std::size_t i = 0; i < kTags.size(); ++i) {
+  for (std::size_t i = 0; i < unpacked.count; ++i) {
     Expected<std::string> section = UnpackSection(kTags[i], &rest);
     if (!section) return section.error();
-    sections[i] = std::move(section).value();
+    unpacked.sections[i] = std::move(section).value();
   }
   if (!rest.empty()) return Error{std::to_string(rest.size()) + " bytes after the last section, expected none"};
-  return sections;
+  return unpacked;
 }
 
 Expected<std::string> ReadBytes(const fs::path& path) {
@@ -139,9 +146,9 @@ Expected<std::string> ReadBytes(const fs::path& path) {
 Expected<SavedMap> ReadSavedMap(const fs::path& path) {
   const Expected<std::string> file = ReadBytes(path);
   if (!file) return file.error();
-  const Expected<Sections> sections = Unpack(*file);
-  if (!sections) return sections.error();
-  return map_file::Decode(*sections);
+  const Expected<Unpacked> unpacked = Unpack(*file);
+  if (!unpacked) return unpacked.error();
+  return map_file::Decode(unpacked->sections, unpacked->count);
 }
 
 std::vector<std::string> ContentProblems(const Map& map, const CameraModel& camera) {
@@ -157,7 +164,7 @@ Error ContentError(const fs::path& path, const std::vector<std::string>& problem
 
 }  // namespace
 
-Expected<bool> SaveMap(const Map& map, const CameraModel& camera, const fs::path& path) {
+Expected<bool> SaveMapFile(const Map& map, const CameraModel& camera, const fs::path& path) {
   const std::vector<std::string> problems = ContentProblems(map, camera);
   if (!problems.empty()) return ContentError(path, problems);
   const Sections sections = map_file::Encode(map, camera);
@@ -168,7 +175,7 @@ Expected<bool> SaveMap(const Map& map, const CameraModel& camera, const fs::path
   return WriteFileAtomically(path, file);
 }
 
-Expected<SavedMap> LoadMap(const fs::path& path) {
+Expected<SavedMap> LoadMapFile(const fs::path& path) {
   Expected<SavedMap> saved = ReadSavedMap(path);
   if (!saved) return Error{path.string() + ": " + saved.error().message};
   const std::vector<std::string> problems = ContentProblems(saved->map, saved->camera);

@@ -12,6 +12,9 @@ constexpr std::size_t kBytesPerScale = 8;
 constexpr std::size_t kBytesPerFeature = 28 + 32 + 4;              // keypoint, descriptor, landmark id
 constexpr std::size_t kBytesPerKeyframe = 4 + 8 + 2 * 56 + 2 + 4;  // id, stamp, two motions, two flags, feature count
 constexpr std::size_t kBytesPerObservation = 8;
+constexpr std::size_t kBytesPerRange = 4;
+constexpr std::size_t kBytesPerSweep = 8 + 4 * 8 + 4 + 56 + 3 * 8;            // stamp, laser, range count, two motions
+constexpr std::size_t kBytesPerSweepList = 4 + 4;                             // keyframe id, sweep count
 constexpr std::size_t kBytesPerLandmark = 4 + 24 + 4 + 4 + 8 + 32 + 24 + 16;  // as in LandmarkFields, none observed
 
 // Each of these lists the fields of a value once: a ByteWriter takes it const, a ByteReader fills it in.
@@ -105,6 +108,56 @@ void LandmarkFields(Stream& s, AnyLandmark& landmark) {
   s.Number(landmark.max_distance);
 }
 
+template <class Stream, class Scan>
+void ScanFields(Stream& s, Scan& scan) {
+  s.Number(scan.stamp.nanoseconds);
+  for (auto* value : {&scan.angle_min, &scan.angle_increment, &scan.range_min, &scan.range_max}) s.Number(*value);
+  s.Size(kBytesPerRange, scan.ranges);
+  s.Numbers(scan.ranges.data(), scan.ranges.size());
+}
+
+template <class Stream, class Sweep>
+void SweepFields(Stream& s, Sweep& sweep) {
+  RigidFields(s, sweep.T_base_laser);
+  s.Numbers(sweep.T_keyframe_base.translation.data(), 2);
+  s.Number(sweep.T_keyframe_base.angle);
+  if constexpr (Stream::kReading) {
+    auto scan = std::make_shared<PlanarScan>();
+    ScanFields(s, *scan);
+    sweep.scan = std::move(scan);
+  } else {
+    ScanFields(s, *sweep.scan);
+  }
+}
+
+// The sweeps of the keyframes that have any.
+void WriteSweeps(ByteWriter& s, const Map& map) {
+  std::vector<const std::pair<KeyframeId, Keyframe>*> with_sweeps;
+  for (const auto& entry : map.keyframes) {
+    if (!entry.second.sweeps.empty()) with_sweeps.push_back(&entry);
+  }
+  s.Size(kBytesPerSweepList, with_sweeps);
+  for (const auto* entry : with_sweeps) {
+    s.Number(entry->first.value);
+    s.Size(kBytesPerSweep, entry->second.sweeps);
+    for (const LaserSweep& sweep : entry->second.sweeps) SweepFields(s, sweep);
+  }
+}
+
+void ReadSweeps(ByteReader& s, Map* map) {
+  for (std::size_t left = s.Count(kBytesPerSweepList); left > 0 && s.ok(); --left) {
+    KeyframeId id;
+    s.Number(id.value);
+    Keyframe* keyframe = map->keyframes.Find(id);
+    if (keyframe == nullptr || !keyframe->sweeps.empty()) {
+      s.Fail("sweeps of keyframe " + std::to_string(id.value) + ", expected a keyframe of the map, once");
+      return;
+    }
+    s.Size(kBytesPerSweep, keyframe->sweeps);
+    for (LaserSweep& sweep : keyframe->sweeps) SweepFields(s, sweep);
+  }
+}
+
 template <class IdType, class Value>
 void WriteEntries(ByteWriter& s, const IdMap<IdType, Value>& entries, void (*fields)(ByteWriter&, const Value&)) {
   s.Size(0, entries);
@@ -148,10 +201,11 @@ Sections Encode(const Map& map, const CameraModel& camera) {
   MapFields(s[1], map);
   WriteEntries<KeyframeId, Keyframe>(s[2], map.keyframes, KeyframeFields);
   WriteEntries<LandmarkId, Landmark>(s[3], map.landmarks, LandmarkFields);
-  return {s[0].bytes(), s[1].bytes(), s[2].bytes(), s[3].bytes()};
+  WriteSweeps(s[4], map);
+  return {s[0].bytes(), s[1].bytes(), s[2].bytes(), s[3].bytes(), s[4].bytes()};
 }
 
-Expected<SavedMap> Decode(const Sections& sections) {
+Expected<SavedMap> Decode(const Sections& sections, std::size_t count) {
   SavedMap saved;
   Map& map = saved.map;
   const std::array<std::string, kTags.size()> problems = {
@@ -161,9 +215,11 @@ Expected<SavedMap> Decode(const Sections& sections) {
                     [&](ByteReader& s) {
                       ReadEntries<KeyframeId, Keyframe>(s, kBytesPerKeyframe, KeyframeFields, &map.keyframes);
                     }),
-      DecodeSection(kTags[3], sections[3], [&](ByteReader& s) {
-        ReadEntries<LandmarkId, Landmark>(s, kBytesPerLandmark, LandmarkFields, &map.landmarks);
-      })};
+      DecodeSection(kTags[3], sections[3],
+                    [&](ByteReader& s) {
+                      ReadEntries<LandmarkId, Landmark>(s, kBytesPerLandmark, LandmarkFields, &map.landmarks);
+                    }),
+      count > kTagsOfVersion1 ? DecodeSection(kTags[4], sections[4], [&](ByteReader& s) { ReadSweeps(s, &map); }) : ""};
   for (const std::string& problem : problems) {
     if (!problem.empty()) return Error{problem};
   }

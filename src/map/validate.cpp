@@ -95,6 +95,23 @@ void CheckLandmarksOf(const Map& map, KeyframeId id, const Keyframe& keyframe, P
   }
 }
 
+void CheckSweeps(KeyframeId id, const std::vector<LaserSweep>& sweeps, Problems* problems) {
+  for (std::size_t i = 0; i < sweeps.size(); ++i) {
+    const LaserSweep& sweep = sweeps[i];
+    if (sweep.scan == nullptr) {
+      problems->Add("keyframe ", id.value, " sweep ", i, ": no scan");
+      continue;
+    }
+    const bool finite = IsRigid(sweep.T_base_laser) && sweep.T_keyframe_base.translation.allFinite() &&
+                        std::isfinite(sweep.T_keyframe_base.angle);
+    problems->Unless(finite, "keyframe ", id.value, " sweep ", i, ": poses not finite rigid motions");
+    const PlanarScan& scan = *sweep.scan;
+    const bool sound = std::isfinite(scan.angle_min) && std::isfinite(scan.angle_increment) &&
+                       std::isfinite(scan.range_min) && std::isfinite(scan.range_max);
+    problems->Unless(sound, "keyframe ", id.value, " sweep ", i, ": angles or range limits not finite");
+  }
+}
+
 void CheckKeyframe(const Map& map, KeyframeId id, const Keyframe& keyframe, Problems* problems) {
   problems->Unless(IsRigid(keyframe.T_map_base), "keyframe ", id.value, ": T_map_base not a finite rigid motion");
   problems->Unless(IsRigid(keyframe.T_base_camera), "keyframe ", id.value, ": T_base_camera not a finite rigid motion");
@@ -107,6 +124,7 @@ void CheckKeyframe(const Map& map, KeyframeId id, const Keyframe& keyframe, Prob
                      " keypoints");
   }
   CheckLandmarksOf(map, id, keyframe, problems);
+  CheckSweeps(id, keyframe.sweeps, problems);
   if (keyframe.odometry_link) CheckLink(map, id, *keyframe.odometry_link, problems);
 }
 

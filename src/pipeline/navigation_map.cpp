@@ -46,23 +46,42 @@ PosedPoints PointsSeenBy(const Map& map, const Keyframe& keyframe, const CameraM
   return points;
 }
 
+// Steps along the straight line that odometry says was driven; a curve's chord is not where the robot was.
+void MarkDrivenLine(const Map& map, const Keyframe& keyframe, MapBuilder* builder) {
+  if (!keyframe.odometry_link.has_value()) return;
+  constexpr double kStep = 0.05;           // m
+  constexpr double kStraight = 1.02;       // driven distance over chord
+  constexpr double kTurnOnTheSpot = 0.05;  // m of driven distance that no chord needs to explain
+  const Eigen::Vector2d from = map.keyframes.At(keyframe.odometry_link->from).T_map_base.translation.head<2>();
+  const Eigen::Vector2d to = keyframe.T_map_base.translation.head<2>();
+  const double chord = (to - from).norm();
+  if (keyframe.odometry_link->odometry.distance > kStraight * chord + kTurnOnTheSpot) return;
+  const int steps = static_cast<int>(chord / kStep);
+  for (int i = 1; i <= steps; ++i) builder->MarkFootprint(from + (to - from) * (i * kStep / chord));
+}
+
+void InsertSweeps(const Keyframe& keyframe, MapBuilder* builder) {
+  const Rigid2 T_map_keyframe = ProjectToPlane(keyframe.T_map_base);
+  for (const LaserSweep& sweep : keyframe.sweeps) {
+    const Rigid2 T_map_base = T_map_keyframe * sweep.T_keyframe_base;
+    builder->InsertScan({Embed3(T_map_base) * sweep.T_base_laser, sweep.scan->angle_min, sweep.scan->angle_increment,
+                         sweep.scan->range_min, sweep.scan->range_max, &sweep.scan->ranges});
+    builder->MarkFootprint(T_map_base.translation);
+  }
+}
+
 }  // namespace
 
-MapBuilder BuildNavigationMap(const Map& map, const TrajectoryRecorder& trajectory,
-                              const std::vector<AnchoredScan>& scans, const CameraModel& camera,
-                              const MapBuilderOptions& options, const LandmarkAcceptance& acceptance) {
+MapBuilder BuildNavigationMap(const Map& map, const CameraModel& camera, const MapBuilderOptions& options,
+                              const LandmarkAcceptance& acceptance) {
   MapBuilder builder(options);
   if (!map.metric) return builder;
-  for (const auto& [id, keyframe] : map.keyframes)
+  for (const auto& [id, keyframe] : map.keyframes) {
     builder.InsertPoints(PointsSeenBy(map, keyframe, camera, acceptance));
-  const std::vector<std::pair<Timestamp, Rigid3>> poses = trajectory.Poses(map);
-  for (const AnchoredScan& scan : scans) {
-    // The laser sweeps in the plane of the floor: sway of the body is not its own.
-    const Rigid2 T_map_base = ProjectToPlane(poses[scan.frame].second) * scan.T_frame_base;
-    builder.InsertScan({Embed3(T_map_base) * scan.T_base_laser, scan.scan->angle_min, scan.scan->angle_increment,
-                        scan.scan->range_min, scan.scan->range_max, &scan.scan->ranges});
+    builder.MarkFootprint(keyframe.T_map_base.translation.head<2>());
+    MarkDrivenLine(map, keyframe, &builder);
   }
-  for (const auto& [stamp, T_map_base] : poses) builder.MarkFootprint(T_map_base.translation.head<2>());
+  for (const auto& [id, keyframe] : map.keyframes) InsertSweeps(keyframe, &builder);
   return builder;
 }
 

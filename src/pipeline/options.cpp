@@ -137,6 +137,8 @@ void AddBackEnd(PipelineOptions& o, FieldList* f) {
 }
 
 void AddPlanar(PipelineOptions& o, FieldList* f) {
+  f->Add("mode", o.mode,
+         std::map<std::string, RunMode>{{"mapping", RunMode::kMapping}, {"localization", RunMode::kLocalization}});
   f->Add("odometry", o.odometry,
          std::map<std::string, OdometryUse>{
              {"auto", OdometryUse::kAuto}, {"required", OdometryUse::kRequired}, {"off", OdometryUse::kOff}});

@@ -98,8 +98,32 @@ void SlamSystem::Reset() {
   sightings_ = CountSightings{};
   trajectory_ = TrajectoryRecorder{};
   before_map_.clear();
-  scans_.clear();
+  sweeps_ = SweepCollector{};
   report_ = SystemReport{};
+  if (saved_map_ != nullptr) {
+    map_ = saved_map_;
+    tracker_.StartUnlocalized();
+  }
+}
+
+std::vector<std::string> SlamSystem::StartFrom(const SavedMap& saved) {
+  std::vector<std::string> problems;
+  if (saved.map.keyframes.empty()) problems.emplace_back("expected a map with keyframes");
+  if (saved.map.octave_scales != options_.orb.ScaleFactors()) {
+    problems.emplace_back("made with other orb.scale_factor or orb.level_count; expected those of the configuration");
+  }
+  constexpr double kSameCamera = 0.5;  // px; a mapping run adjusts old and new keyframes with one camera
+  const CameraModel& a = saved.camera;
+  const CameraModel& b = camera_;
+  const double difference =
+      std::max({std::abs(a.fx - b.fx), std::abs(a.fy - b.fy), std::abs(a.cx - b.cx), std::abs(a.cy - b.cy)});
+  if (!localizing() && (a.width != b.width || a.height != b.height || difference > kSameCamera)) {
+    problems.emplace_back("made with another camera; expected this one's, or mode localization");
+  }
+  if (!problems.empty()) return problems;
+  saved_map_ = std::make_shared<const Map>(saved.map);
+  Reset();
+  return problems;
 }
 
 FrameReport SlamSystem::Process(const FramePacket& packet) {
@@ -138,7 +162,7 @@ void SlamSystem::Initialize(const FramePacket& packet, const FrameFeaturesPtr& f
   report->metric = map_->metric;
   report->inliers = static_cast<int>(map_->landmarks.size());
   T_map_base_last_ = keyframe.T_map_base;
-  KeepScans(packet);
+  sweeps_.Add(packet, trajectory_.size() - 1);
 }
 
 // Frames from before the map hang on the first keyframe by odometry; on an unscaled map only the keyframes have poses.
@@ -163,6 +187,20 @@ void SlamSystem::PlaceEarlyFrames() {
   before_map_.clear();
 }
 
+// Frames from before the first recognised view hang on its keyframe by odometry, as far back as that reaches.
+void SlamSystem::PlaceFramesBefore(const TrackResult& result) {
+  report_.initialized = before_map_.back().stamp;
+  std::vector<RecordedFrame> placed;
+  Rigid2 T_now_frame;
+  for (std::size_t i = before_map_.size(); map_->metric && i-- > 1 && before_map_[i].step.has_value();) {
+    const EarlyFrame& frame = before_map_[i - 1];
+    T_now_frame = T_now_frame * before_map_[i].step->T_i_j.Inverse();
+    placed.push_back({frame.stamp, result.reference, result.T_ref_base * Embed3(T_now_frame), frame.T_base_camera});
+  }
+  for (auto frame = placed.rbegin(); frame != placed.rend(); ++frame) trajectory_.Add(*frame);
+  before_map_.clear();
+}
+
 void SlamSystem::TrackFrame(const FramePacket& packet, const FrameFeaturesPtr& features,
                             const std::optional<PreintegratedOdometry>& step, FrameReport* report) {
   CollectMapping(false);
@@ -173,8 +211,10 @@ void SlamSystem::TrackFrame(const FramePacket& packet, const FrameFeaturesPtr& f
   } else {
     since_keyframe_.reset();
   }
+  const bool was_localized = tracker_.localized();
+  const bool may_make_keyframe = !pending_.has_value() && !localizing();
   TrackResult result =
-      tracker_.Track({packet.image.stamp, features, packet.T_base_camera, step, !pending_.has_value()}, *map_);
+      tracker_.Track({packet.image.stamp, features, packet.T_base_camera, step, may_make_keyframe}, *map_);
   report->track_ms = tracking.Milliseconds();
   report->state = ToState(result.status);
   report->inliers = result.inliers;
@@ -188,11 +228,18 @@ void SlamSystem::TrackFrame(const FramePacket& packet, const FrameFeaturesPtr& f
     std::copy_if(result.matches.landmarks.begin(), result.matches.landmarks.end(), std::back_inserter(sightings_.found),
                  [](LandmarkId id) { return id.valid(); });
   }
+  if (!was_localized) before_map_.push_back({packet.image.stamp, packet.T_base_camera, step});
+  if (!tracker_.localized()) {
+    report->state = FrameState::kInitializing;
+    report->waiting_for = "a view that the saved map knows";
+  }
   if (result.status == TrackStatus::kLost) return;
+  if (result.jumped) since_keyframe_.reset();  // odometry did not lead here
+  if (!was_localized) PlaceFramesBefore(result);
   report->T_map_base = result.T_map_base;
   T_map_base_last_ = result.T_map_base;
   trajectory_.Add({packet.image.stamp, result.reference, result.T_ref_base, packet.T_base_camera});
-  KeepScans(packet);
+  if (!localizing()) sweeps_.Add(packet, trajectory_.size() - 1);
   if (result.wants_keyframe && !pending_.has_value()) {
     report->keyframe = true;
     const Stopwatch mapping;
@@ -208,6 +255,7 @@ void SlamSystem::Propose(const FramePacket& packet, const FrameFeaturesPtr& feat
       result.on_floor};
   proposal.odometry = since_keyframe_;
   proposal.sightings = std::move(sightings_);
+  proposal.sweeps = sweeps_.Take(*map_, trajectory_);
   sightings_ = CountSightings{};
   since_keyframe_.reset();
   if (!packet.odometry.empty() || packet.T_odom_base.has_value()) since_keyframe_ = PreintegratedOdometry{};
@@ -270,17 +318,12 @@ void SlamSystem::TryScaleRecovery(Timestamp stamp) {
   tracker_.OnMapScaled(*map_, scale);
 }
 
-void SlamSystem::KeepScans(const FramePacket& packet) {
-  if (trajectory_.size() == 0) return;
-  for (const ScanPacket& scan : packet.scans) {
-    scans_.push_back(
-        {std::make_shared<const PlanarScan>(scan.scan), scan.T_base_laser, scan.T_frame_base, trajectory_.size() - 1});
-  }
-}
-
 void SlamSystem::Finish() {
   CollectMapping(true);
-  if (map_ == nullptr || !options_.final_bundle_adjustment) return;
+  if (map_ == nullptr || localizing()) return;
+  const std::vector<AddSweeps> sweeps = sweeps_.Take(*map_, trajectory_);
+  if (!sweeps.empty()) map_ = std::make_shared<const Map>(Apply(*map_, MapEdit(sweeps.begin(), sweeps.end())));
+  if (!options_.final_bundle_adjustment) return;
   BundleContext context = bundle_;
   constexpr int kFinalIterations = 30;
   context.options.max_iterations = std::max(context.options.max_iterations, kFinalIterations);

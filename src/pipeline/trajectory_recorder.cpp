@@ -1,5 +1,6 @@
 #include "planar_vslam/pipeline/trajectory_recorder.h"
 
+#include "planar_vslam/geometry/check.h"
 #include "planar_vslam/planar/scale_recovery.h"
 
 namespace planar_vslam {
@@ -28,20 +29,23 @@ void TrajectoryRecorder::OnScaled(const Map& map, double scale) {
   }
 }
 
-Rigid3 TrajectoryRecorder::Resolve(const Map& map, KeyframeId reference) const {
-  Rigid3 T_anchor_ref;
+std::pair<KeyframeId, Rigid3> TrajectoryRecorder::Anchor(const Map& map, std::size_t frame) const {
+  KeyframeId reference = frames_[frame].reference;
+  Rigid3 T_reference_base = frames_[frame].T_ref_base;
   for (auto it = culled_.find(reference); it != culled_.end(); it = culled_.find(reference)) {
-    T_anchor_ref = it->second.T_anchor_culled * T_anchor_ref;
+    T_reference_base = it->second.T_anchor_culled * T_reference_base;
     reference = it->second.anchor;
   }
-  return map.keyframes.At(reference).T_map_base * T_anchor_ref;
+  PV_CHECK(map.keyframes.Contains(reference), "frame " << frame << " keyframe " << reference.value);
+  return {reference, T_reference_base};
 }
 
 std::vector<std::pair<Timestamp, Rigid3>> TrajectoryRecorder::Poses(const Map& map) const {
   std::vector<std::pair<Timestamp, Rigid3>> poses;
   poses.reserve(frames_.size());
-  for (const RecordedFrame& frame : frames_) {
-    poses.emplace_back(frame.stamp, Resolve(map, frame.reference) * frame.T_ref_base);
+  for (std::size_t frame = 0; frame < frames_.size(); ++frame) {
+    const auto [keyframe, T_keyframe_base] = Anchor(map, frame);
+    poses.emplace_back(frames_[frame].stamp, map.keyframes.At(keyframe).T_map_base * T_keyframe_base);
   }
   return poses;
 }

@@ -83,11 +83,26 @@ void ReadOdometrySource(const std::string& source, NodeSettings* settings, std::
   if (use == OdometryUse::kOff || !settings->has_base()) settings->odometry = OdometrySource::kNone;
 }
 
+void ReadSavedMap(const std::string& file, NodeSettings* settings, std::vector<std::string>* problems) {
+  if (file.empty()) {
+    if (settings->pipeline.mode == RunMode::kLocalization) {
+      problems->push_back("mode: is localization; expected the map to localize in as map_file");
+    }
+    return;
+  }
+  Expected<SavedMap> saved = LoadMapFile(file);
+  if (!saved.ok()) {
+    problems->push_back("map_file: " + saved.error().message);
+    return;
+  }
+  settings->saved_map = std::make_shared<const SavedMap>(std::move(saved).value());
+}
+
 }  // namespace
 
 NodeSettings ReadSettings(const ros::NodeHandle& node, std::vector<std::string>* problems) {
   NodeSettings settings;
-  std::string config, odometry_source = "topic", map_directory = settings.map_directory.string();
+  std::string config, map_file, mode, odometry_source = "topic", map_directory = settings.map_directory.string();
   std::vector<std::string> assignments;
   ParameterReader reader(node, problems);
   reader.Read("config", "a file name", &config);
@@ -102,6 +117,8 @@ NodeSettings ReadSettings(const ros::NodeHandle& node, std::vector<std::string>*
   reader.Read("map_period", "a number (s)", &settings.map_period);
   reader.Read("map_points_period", "a number (s)", &settings.map_points_period);
   reader.Read("map_directory", "a folder name", &map_directory);
+  reader.Read("map_file", "a file name", &map_file);
+  reader.Read("mode", "mapping or localization", &mode);
   reader.Read("queue_size_images", "a whole number", &settings.queue_size_images);
   reader.Read("lossless", "true or false", &settings.lossless);
   reader.RequirePositive("tf_rate", settings.tf_rate);
@@ -113,8 +130,10 @@ NodeSettings ReadSettings(const ros::NodeHandle& node, std::vector<std::string>*
   if (settings.map_frame.empty()) problems->push_back("map_frame: is empty; expected a frame name");
   reader.RefuseUnknown();
   settings.map_directory = map_directory;
+  if (!mode.empty()) assignments.push_back("mode=" + mode);
   settings.pipeline = ReadPipelineOptions(config, assignments, problems);
   ReadOdometrySource(odometry_source, &settings, problems);
+  ReadSavedMap(map_file, &settings, problems);
   return settings;
 }
 

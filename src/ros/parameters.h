@@ -3,9 +3,11 @@
 #include <ros/node_handle.h>
 
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "planar_vslam/map/map_file.h"
 #include "planar_vslam/pipeline/options.h"
 
 namespace planar_vslam::ros_face {
@@ -24,6 +26,7 @@ struct NodeSettings {
   double map_period = 5.0;                    // s between occupancy grids
   double map_points_period = 1.0;             // s between point clouds, paths and keyframe lists
   std::filesystem::path map_directory = ".";  // save_map writes here and nowhere else
+  std::shared_ptr<const SavedMap> saved_map;  // ~map_file: the map to start from; null: a new one
   int queue_size_images = 3;                  // images that wait for tracking; older ones are dropped
   bool lossless = false;                      // drop nothing, map each keyframe at once: for recordings, not for robots
 

@@ -118,9 +118,7 @@ void MapPublisher::Publish(const MapSnapshot& snapshot, bool grid_due) {
 }
 
 OccupancyGrid2d BuildGrid(const MapSnapshot& snapshot, const PipelineOptions& options) {
-  return BuildNavigationMap(*snapshot.map, snapshot.trajectory, snapshot.scans, snapshot.camera, options.mapping2d,
-                            LandmarkAcceptance{})
-      .Grid();
+  return BuildNavigationMap(*snapshot.map, snapshot.camera, options.mapping2d, LandmarkAcceptance{}).Grid();
 }
 
 Expected<fs::path> SaveGrid(const MapSnapshot& snapshot, const NodeSettings& settings, const std::string& name) {
@@ -132,6 +130,8 @@ Expected<fs::path> SaveGrid(const MapSnapshot& snapshot, const NodeSettings& set
   if (failure) return Error{fmt::format("{}: {}", file->parent_path().string(), failure.message())};
   const Expected<bool> written = WriteMapServerFiles(BuildGrid(snapshot, settings.pipeline), *file);
   if (!written.ok()) return written.error();
+  const Expected<bool> saved = SaveMapFile(*snapshot.map, snapshot.camera, fs::path(*file).replace_extension(".pvm"));
+  if (!saved.ok()) return saved.error();
   return *file;
 }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <ros/console.h>
+#include <ros/init.h>
 
 #include <utility>
 
@@ -22,7 +23,8 @@ constexpr double kTfCacheSeconds = 30.0;
 // Without odometry only the images themselves can start a map.
 NodeSettings WithUsableInitialization(NodeSettings settings) {
   InitializationMode& mode = settings.pipeline.initializer.mode;
-  if (!settings.with_odometry() && mode == InitializationMode::kOdometry) {
+  const bool makes_first_map = settings.saved_map == nullptr;
+  if (makes_first_map && !settings.with_odometry() && mode == InitializationMode::kOdometry) {
     mode = InitializationMode::kVisual;
     ROS_WARN("no odometry: initialising visually, scale stays unknown");
   }
@@ -59,7 +61,7 @@ void TrackingLoop::Restart() {
 
 std::optional<MapSnapshot> TrackingLoop::Snapshot() const {
   if (map() == nullptr) return std::nullopt;
-  return MapSnapshot{map(), system_->trajectory(), system_->scans(), *camera_, last_frame_};
+  return MapSnapshot{map(), system_->trajectory(), *camera_, last_frame_};
 }
 
 std::map<std::string, long> TrackingLoop::unused() const {
@@ -221,6 +223,10 @@ void TrackingLoop::StartSystem() {
   // A recording played losslessly has no hurry: the inline schedule gives the command line's poses.
   const Schedule schedule = settings_.lossless ? Schedule::kInline : Schedule::kThreaded;
   system_ = std::make_unique<SlamSystem>(settings_.pipeline, *camera_, settings_.has_base(), schedule);
+  if (settings_.saved_map == nullptr) return;
+  const std::vector<std::string> problems = system_->StartFrom(*settings_.saved_map);
+  for (const std::string& problem : problems) ROS_FATAL("map_file: %s", problem.c_str());
+  if (!problems.empty()) ros::requestShutdown();
 }
 
 void TrackingLoop::Process() {

@@ -22,7 +22,6 @@ namespace planar_vslam::ros_face {
 struct MapSnapshot {
   std::shared_ptr<const Map> map;
   TrajectoryRecorder trajectory;
-  std::vector<AnchoredScan> scans;
   CameraModel camera;
   Timestamp stamp;  // of the last frame
 };

@@ -84,8 +84,8 @@ struct Outcome {
 class MapCommand : public ::testing::Test {
  protected:
   MapCommand() {
-    EXPECT_TRUE(SaveMap(WallMap(true), TestCamera(), map_).ok());
-    EXPECT_TRUE(SaveMap(WallMap(false), TestCamera(), unscaled_).ok());
+    EXPECT_TRUE(SaveMapFile(WallMap(true), TestCamera(), map_).ok());
+    EXPECT_TRUE(SaveMapFile(WallMap(false), TestCamera(), unscaled_).ok());
   }
 
   Outcome Call(const std::string& arguments) const {
@@ -140,7 +140,7 @@ TEST_F(MapCommand, InfoCountsWhatIsThere) {
 }
 
 TEST_F(MapCommand, InfoOfAnEmptyMapHasNoExtent) {
-  ASSERT_TRUE(SaveMap(Map(), TestCamera(), map_).ok());
+  ASSERT_TRUE(SaveMapFile(Map(), TestCamera(), map_).ok());
   const Outcome json = Call("map info --json " + map_.string());
   EXPECT_EQ(json.exit_code, 0);
   EXPECT_TRUE(Contains(json.out, "\"landmark_extent\": null")) << json.out;
@@ -149,7 +149,7 @@ TEST_F(MapCommand, InfoOfAnEmptyMapHasNoExtent) {
 TEST_F(MapCommand, CheckTellsSoundFromDamaged) {
   EXPECT_EQ(Call("map check " + map_.string()).exit_code, 0);
   const std::string damaged = Damaged();
-  EXPECT_TRUE(Contains(ExpectFailure("map check " + damaged, 1, damaged).out, "section LAND"));
+  EXPECT_TRUE(Contains(ExpectFailure("map check " + damaged, 1, damaged).out, "section SCAN"));
   ExpectFailure("map check " + At("absent.pvm"), 2, "absent.pvm");
 }
 
@@ -208,10 +208,10 @@ TEST_F(MapCommand, AnUnscaledMapGivesPointsButNoGrid) {
   }
 }
 
-TEST_F(MapCommand, HelpSaysThatTheGridIsVisualOnly) {
-  const Outcome help = Call("map export --help");
-  EXPECT_EQ(help.exit_code, 0);
-  EXPECT_TRUE(Contains(help.out, "no laser scans")) << help.out;
+TEST_F(MapCommand, ExportNamesAMisspeltKeyOfItsConfiguration) {
+  std::ofstream(At("wrong.yaml")) << "mapping2d: {resolutoin: 0.1}\n";
+  ExpectFailure("map export " + map_.string() + " --yaml " + At("a.yaml") + " --config " + At("wrong.yaml"), 2,
+                "mapping2d.resolutoin");
 }
 
 TEST_F(MapCommand, RunSavesItsMap) {

@@ -89,6 +89,14 @@ TEST_F(RunErrorsTest, NamesAnUnknownKeyOfSet) {
 
 TEST_F(RunErrorsTest, NamesAValueOutOfRange) { ExpectBadInput(Run("--set mapper.window=0"), {"mapper", "window"}); }
 
+TEST_F(RunErrorsTest, NamesWhatASavedMapIsWantedFor) {
+  ExpectBadInput(Run("--mode localization"), {"--mode localization", "--map FILE"});
+  ExpectBadInput(Run("--mode flying"), {"mode", "flying", "localization", "mapping"});
+  ExpectBadInput(Run("--map /nowhere/hall.pvm"), {"/nowhere/hall.pvm", "expected"});
+  const std::string file = Write("notes.pvm", "not a map\n");
+  ExpectBadInput(Run("--map " + file), {"notes.pvm", "not a saved map"});
+}
+
 TEST_F(RunErrorsTest, NamesAMisspeltKeyOfAConfiguration) {
   const std::string config = Write("my.yaml", "tracker:\n  min_inliners: 30\n");
   ExpectBadInput(Run("--config " + config), {config, "tracker.min_inliners"});

@@ -60,5 +60,18 @@ TEST(RelocalizeAgainst, SaysNothingWithFewMatches) {
   EXPECT_FALSE(RelocalizeAgainst(world.map, kKeyframe, FrameFeatures{}, world.camera, {}).has_value());
 }
 
+TEST(KeyframesResembling, NamesTheKeyframesAroundTheView) {
+  const test::SyntheticWorld world = test::MakeSyntheticWorld({});
+  const test::SyntheticView view = test::Observe(world, test::SyntheticPose(1.1) * world.T_base_camera, 0.5, 3);
+  const std::vector<KeyframeId> found = KeyframesResembling(world.map, *view.features, 2);
+  ASSERT_EQ(found.size(), 2U);
+  for (const KeyframeId id : found) {
+    const Rigid3& T_map_base = world.map.keyframes.At(id).T_map_base;
+    EXPECT_LT((T_map_base.translation - test::SyntheticPose(1.1).translation).norm(), 0.6) << id.value;
+  }
+  EXPECT_TRUE(KeyframesResembling(Map{}, *view.features, 2).empty());
+  EXPECT_TRUE(KeyframesResembling(world.map, FrameFeatures{}, 2).empty());
+}
+
 }  // namespace
 }  // namespace planar_vslam

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <ostream>
+#include <random>
 #include <string>
 
 #include "planar_vslam/map/map_edit.h"
@@ -253,6 +255,57 @@ TEST(TrackerOptions, NameWhatIsWrong) {
   options.min_inliers = 3;
   options.frame_search_radius = 0.0;
   EXPECT_EQ(options.Problems().size(), 3U);
+}
+
+TEST_F(TrackerTest, FindsItselfAnywhereInAKnownMap) {
+  tracker_.StartUnlocalized();
+  x_ = 0.9;
+  for (int frame = 1; frame <= 3; ++frame) {
+    const double x = 0.9 + kFrameStep * frame;
+    const TrackResult result = Track(x);
+    if (frame < 3) {  // one look is not enough
+      EXPECT_EQ(result.status, TrackStatus::kLost) << frame;
+      EXPECT_FALSE(tracker_.localized()) << frame;
+      continue;
+    }
+    ASSERT_EQ(result.status, TrackStatus::kRelocalized);
+    EXPECT_TRUE(tracker_.localized());
+    EXPECT_TRUE(result.jumped);
+    ExpectPose(result.T_map_base, test::SyntheticPose(x), 0.02, 0.005);
+    ExpectPose(map_.keyframes.At(result.reference).T_map_base * result.T_ref_base, result.T_map_base, 1e-9, 1e-9);
+  }
+  EXPECT_EQ(Track(1.1).status, TrackStatus::kTracking);
+}
+
+TEST_F(TrackerTest, FindsItselfWithoutOdometryToo) {
+  tracker_.StartUnlocalized();
+  for (int frame = 1; frame < 3; ++frame) EXPECT_EQ(TrackWithoutOdometry(0.9).status, TrackStatus::kLost);
+  EXPECT_EQ(TrackWithoutOdometry(0.9).status, TrackStatus::kRelocalized);
+}
+
+TEST_F(TrackerTest, StaysLostWhereNothingIsRecognised) {
+  tracker_.StartUnlocalized();
+  std::mt19937 generator(3);
+  for (int frame = 0; frame < 6; ++frame) {
+    TrackInput input = Input(0.9);
+    FrameFeatures shuffled = *input.features;
+    std::shuffle(shuffled.descriptors.begin(), shuffled.descriptors.end(), generator);
+    input.features = std::make_shared<const FrameFeatures>(shuffled);
+    EXPECT_EQ(tracker_.Track(input, map_).status, TrackStatus::kLost);
+  }
+  EXPECT_FALSE(tracker_.localized());
+}
+
+TEST_F(TrackerTest, NoticesThatItWasCarriedAway) {
+  ASSERT_EQ(Track(0.1).status, TrackStatus::kTracking);
+  x_ = 0.15;  // odometry knows nothing of the way from here to 1.4 m
+  for (int frame = 0; frame < 4; ++frame) Track(x_, false);
+  x_ = 1.4;
+  TrackResult result;
+  for (int frame = 0; frame < 40 && result.status != TrackStatus::kRelocalized; ++frame) result = Track(1.4);
+  ASSERT_EQ(result.status, TrackStatus::kRelocalized);
+  EXPECT_TRUE(result.jumped);
+  ExpectPose(result.T_map_base, test::SyntheticPose(1.4), 0.02, 0.005);
 }
 
 }  // namespace

@@ -264,5 +264,33 @@ TEST_F(MapEditDeathTest, BrokenPromisesStopTheProgram) {
   EXPECT_DEATH(Apply(map_, {AddObservation{L(3), {K(0), 99}}}), "keypoint=99 of 8");
 }
 
+// Where a sweep's base was, in the plane of the map.
+Rigid2 PlaceOf(const Keyframe& keyframe, const LaserSweep& sweep) {
+  return ProjectToPlane(keyframe.T_map_base) * sweep.T_keyframe_base;
+}
+
+TEST_F(MapEditTest, SweepsOfAnErasedKeyframeStayWhereTheyWere) {
+  for (const std::uint32_t erased : {2U, 0U}) {  // to the one before; the first's to the one after
+    const Keyframe from = map_.keyframes.At(K(erased));
+    const KeyframeId home = K(erased == 0 ? 1 : erased - 1);
+    const std::size_t before = map_.keyframes.At(home).sweeps.size();
+    const LaserSweep sweep = RandomSweep(generator_);
+    Change({AddSweeps{K(erased), {sweep}}, EraseKeyframe{K(erased)}});
+    const std::vector<LaserSweep>& sweeps = map_.keyframes.At(home).sweeps;
+    ASSERT_EQ(sweeps.size(), before + from.sweeps.size() + 1);
+    EXPECT_EQ(sweeps.back().scan, sweep.scan);
+    const Rigid2 expected = PlaceOf(from, sweep), found = PlaceOf(map_.keyframes.At(home), sweeps.back());
+    EXPECT_LT((expected.translation - found.translation).norm(), 1e-9);
+    EXPECT_LT(std::abs(WrapAngle(expected.angle - found.angle)), 1e-9);
+  }
+}
+
+TEST_F(MapEditTest, SweepsForAKeyframeThatIsGoneArePassedOver) {
+  Change({EraseKeyframe{K(1)}});
+  const Map before = map_;
+  Change({AddSweeps{K(1), {RandomSweep(generator_)}}});
+  EXPECT_TRUE(Equal(before, map_));
+}
+
 }  // namespace
 }  // namespace planar_vslam::test

@@ -9,6 +9,8 @@ namespace planar_vslam::test {
 std::string ReadBytes(const std::filesystem::path& path);
 void WriteBytes(const std::filesystem::path& path, const std::string& bytes);
 
+constexpr unsigned char kVersion = 2;  // that is written
+
 struct MapFileSection {
   std::string tag;
   std::string stored;
@@ -16,7 +18,7 @@ struct MapFileSection {
 };
 std::vector<MapFileSection> SectionsOf(const std::string& file);
 // A whole file of version `version` with right CRCs.
-std::string JoinSections(const std::vector<MapFileSection>& sections, unsigned char version = 1);
+std::string JoinSections(const std::vector<MapFileSection>& sections, unsigned char version = kVersion);
 // The same with nothing compressed, so that a changed byte is a changed field.
 std::vector<MapFileSection> Uncompressed(std::vector<MapFileSection> sections);
 

@@ -82,13 +82,13 @@ class MapFile : public ::testing::Test {
   MapFile() : map_(Filled(generator_, RandomMap(generator_, 3, 6))) {}
 
   std::string Saved(const Map& map) const {
-    const Expected<bool> saved = SaveMap(map, TestCamera(), path_);
+    const Expected<bool> saved = SaveMapFile(map, TestCamera(), path_);
     EXPECT_TRUE(saved.ok()) << saved.error().message;
     return ReadBytes(path_);
   }
   Expected<SavedMap> Loaded(const std::string& bytes) const {
     WriteBytes(path_, bytes);
-    return LoadMap(path_);
+    return LoadMapFile(path_);
   }
   // The message names the file and is one line.
   void ExpectUseful(const std::string& message) const {
@@ -183,17 +183,17 @@ TEST_F(MapFile, ABrokenMapIsNotSavedOverASoundOne) {
   const std::string before = Saved(map_);
   Map broken = map_;
   broken.landmarks.begin()->second.p_map.x() = std::nan("");
-  const Expected<bool> saved = SaveMap(broken, TestCamera(), path_);
+  const Expected<bool> saved = SaveMapFile(broken, TestCamera(), path_);
   ASSERT_FALSE(saved.ok());
   EXPECT_NE(saved.error().message.find("position not finite"), std::string::npos) << saved.error().message;
-  EXPECT_FALSE(SaveMap(map_, CameraModel(), path_).ok());
+  EXPECT_FALSE(SaveMapFile(map_, CameraModel(), path_).ok());
   EXPECT_EQ(ReadBytes(path_), before);
 }
 
 TEST_F(MapFile, PlacesThatCannotBeWrittenAreNamed) {
   const fs::path absent = folder_.path() / "absent" / "map.pvm";
   for (const fs::path& path : {absent, folder_.path(), fs::path("/dev/null")}) {
-    const Expected<bool> saved = SaveMap(map_, TestCamera(), path);
+    const Expected<bool> saved = SaveMapFile(map_, TestCamera(), path);
     ASSERT_FALSE(saved.ok()) << path;
     EXPECT_EQ(saved.error().message.find(path.string() + ": "), 0U) << saved.error().message;
   }
@@ -202,9 +202,9 @@ TEST_F(MapFile, PlacesThatCannotBeWrittenAreNamed) {
 }
 
 TEST_F(MapFile, WhatIsNotASavedMapIsRefused) {
-  EXPECT_FALSE(LoadMap(folder_.path()).ok());
-  EXPECT_FALSE(LoadMap(folder_.path() / "absent.pvm").ok());
-  EXPECT_FALSE(LoadMap("/dev/zero").ok());
+  EXPECT_FALSE(LoadMapFile(folder_.path()).ok());
+  EXPECT_FALSE(LoadMapFile(folder_.path() / "absent.pvm").ok());
+  EXPECT_FALSE(LoadMapFile("/dev/zero").ok());
   ErrorOf("");
   EXPECT_NE(ErrorOf("# t x y z qx qy qz qw\n").find("not a saved map"), std::string::npos);
 }
@@ -212,8 +212,17 @@ TEST_F(MapFile, WhatIsNotASavedMapIsRefused) {
 TEST_F(MapFile, ANewerVersionIsCalledNewer) {
   const std::vector<MapFileSection> sections = SectionsOf(Saved(map_));
   EXPECT_TRUE(Loaded(JoinSections(sections)).ok());
-  EXPECT_NE(ErrorOf(JoinSections(sections, 2)).find("newer"), std::string::npos);
+  EXPECT_NE(ErrorOf(JoinSections(sections, kVersion + 1)).find("newer"), std::string::npos);
   ErrorOf(JoinSections(sections, 0));
+}
+
+TEST_F(MapFile, VersionOneIsReadWithoutSweeps) {
+  std::vector<MapFileSection> sections = SectionsOf(Saved(map_));
+  sections.pop_back();
+  const Expected<SavedMap> loaded = Loaded(JoinSections(sections, 1));
+  ASSERT_TRUE(loaded.ok()) << loaded.error().message;
+  for (auto& [id, keyframe] : map_.keyframes) keyframe.sweeps.clear();
+  ExpectSameMap(map_, loaded->map);
 }
 
 TEST_F(MapFile, EveryTruncationIsAnError) {
@@ -234,7 +243,7 @@ TEST_F(MapFile, EveryFlippedBitIsAnError) {
 
 TEST_F(MapFile, SectionsThatAreMissingOrSwappedAreErrors) {
   const std::vector<MapFileSection> sections = SectionsOf(Saved(map_));
-  ASSERT_EQ(sections.size(), 4U);
+  ASSERT_EQ(sections.size(), 5U);
   for (std::size_t i = 0; i < sections.size(); ++i) {
     std::vector<MapFileSection> fewer = sections, more = sections, swapped = sections, empty = sections;
     fewer.erase(fewer.begin() + static_cast<std::ptrdiff_t>(i));

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "support/support.h"
 
@@ -31,12 +32,27 @@ FrameFeaturesPtr RandomFeatures(std::mt19937& generator, std::size_t keypoints) 
   return features;
 }
 
+LaserSweep RandomSweep(std::mt19937& generator) {
+  auto scan = std::make_shared<PlanarScan>();
+  scan->stamp.nanoseconds = static_cast<std::int64_t>(generator());
+  scan->angle_min = -1.0;
+  scan->angle_increment = 0.5;
+  scan->range_max = 8.0;
+  for (int beam = 0; beam < 5; ++beam) {
+    const bool no_return = generator() % 4 == 0;
+    scan->ranges.push_back(no_return ? std::numeric_limits<float>::infinity()
+                                     : std::uniform_real_distribution<float>(0.1F, 8.0F)(generator));
+  }
+  return {std::move(scan), RandomRigid3(generator, 0.5), RandomRigid2(generator, 0.3)};
+}
+
 Keyframe RandomKeyframe(std::mt19937& generator, std::size_t keypoints) {
   Keyframe keyframe;
   keyframe.T_map_base = RandomRigid3(generator, 3.0);
   keyframe.T_base_camera = RandomRigid3(generator, 0.5);
   keyframe.features = RandomFeatures(generator, keypoints);
   keyframe.landmarks.resize(keypoints);
+  for (std::size_t i = generator() % 3; i > 0; --i) keyframe.sweeps.push_back(RandomSweep(generator));
   return keyframe;
 }
 
@@ -94,7 +110,7 @@ MapEdit RandomEditor::Write(int steps) {
 }
 
 MapEditStep RandomEditor::RandomStep() {
-  switch (RandomIndex(generator_, 14)) {
+  switch (RandomIndex(generator_, 15)) {
     case 0:
     case 1:
       return NewKeyframe();
@@ -124,6 +140,8 @@ MapEditStep RandomEditor::RandomStep() {
       return TransformMap{0.5 + 0.1 * RandomIndex(generator_, 10), RandomRigid3(generator_, 2.0)};
     case 12:
       return SetMetric{generator_() % 2 == 0};
+    case 13:
+      return AddSweeps{AnyKeyframe(), {RandomSweep(generator_), RandomSweep(generator_)}};
     default: {
       if (alive_.empty()) return SetMetric{};
       const auto [keyframe, keypoints] = alive_[RandomIndex(generator_, alive_.size())];
@@ -185,9 +203,20 @@ bool Equal(const std::optional<OdometryLink>& a, const std::optional<OdometryLin
          a->odometry.seconds == b->odometry.seconds;
 }
 
+// Ranges are compared as bits: no return is infinite.
+bool Equal(const LaserSweep& a, const LaserSweep& b) {
+  const PlanarScan &x = *a.scan, &y = *b.scan;
+  return x.stamp == y.stamp && x.angle_min == y.angle_min && x.angle_increment == y.angle_increment &&
+         x.range_min == y.range_min && x.range_max == y.range_max && x.ranges == y.ranges &&
+         Equal(a.T_base_laser, b.T_base_laser) && a.T_keyframe_base.translation == b.T_keyframe_base.translation &&
+         a.T_keyframe_base.angle == b.T_keyframe_base.angle;
+}
+
 bool Equal(const Keyframe& a, const Keyframe& b) {
+  const auto same = [](const LaserSweep& x, const LaserSweep& y) { return Equal(x, y); };
   return a.stamp == b.stamp && Equal(a.T_map_base, b.T_map_base) && Equal(a.T_base_camera, b.T_base_camera) &&
-         a.features == b.features && a.landmarks == b.landmarks && Equal(a.odometry_link, b.odometry_link);
+         a.features == b.features && a.landmarks == b.landmarks && Equal(a.odometry_link, b.odometry_link) &&
+         std::equal(a.sweeps.begin(), a.sweeps.end(), b.sweeps.begin(), b.sweeps.end(), same);
 }
 
 bool Equal(const Landmark& a, const Landmark& b) {

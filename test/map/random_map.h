@@ -18,6 +18,7 @@ std::uint32_t RandomIndex(std::mt19937& generator, std::size_t count);
 std::vector<double> OctaveScales();  // 8 levels of 1.2
 FrameFeaturesPtr RandomFeatures(std::mt19937& generator, std::size_t keypoints);
 // At a random pose, observing nothing.
+LaserSweep RandomSweep(std::mt19937& generator);
 Keyframe RandomKeyframe(std::mt19937& generator, std::size_t keypoints);
 PreintegratedOdometry RandomOdometry(std::mt19937& generator);
 

@@ -8,6 +8,7 @@
 
 #include "planar_vslam/io/evaluation.h"
 #include "planar_vslam/io/run_session.h"
+#include "planar_vslam/map/map_file.h"
 #include "planar_vslam/sim/dataset_writer.h"
 #include "planar_vslam/sim/simulation.h"
 #include "planar_vslam/sim/world.h"
@@ -43,11 +44,15 @@ class EndToEnd : public ::testing::Test {
     SystemReport report;
     std::shared_ptr<const Map> map;
   };
-  static Outcome Run(const PipelineOptions& options, const fs::path& out, Schedule schedule = Schedule::kInline) {
+  static Outcome Run(const PipelineOptions& options, const fs::path& out, Schedule schedule = Schedule::kInline,
+                     const SavedMap* saved = nullptr) {
     Expected<std::unique_ptr<Recording>> recording = OpenRecording(Drive(), RecordingOptions{});
     EXPECT_TRUE(recording.ok()) << recording.error().message;
     const RecordingInfo& info = (*recording)->info();
     SlamSystem system(options, info.camera, info.has_base_transform, schedule);
+    if (saved != nullptr) {
+      EXPECT_TRUE(system.StartFrom(*saved).empty());
+    }
     RunSettings settings;
     settings.deterministic = true;
     Expected<RunResult> result = RunSession(**recording, system, settings);
@@ -144,6 +149,46 @@ TEST_F(EndToEnd, ThreadedScheduleStaysAccurate) {
   const Outcome run = Run(PipelineOptions{}, out, Schedule::kThreaded);
   ASSERT_NE(run.map, nullptr);
   EXPECT_LE(Errors(out / "trajectory.txt").ate.rmse, 0.06);
+}
+
+TEST_F(EndToEnd, ASavedMapIsLocalizedInAndStaysAsItIs) {
+  const fs::path mapped = folder_->path() / "to_save", out = folder_->path() / "localized";
+  const Outcome mapping = Run(PipelineOptions{}, mapped);
+  const Expected<SavedMap> saved = LoadMapFile(mapped / "map.pvm");
+  ASSERT_TRUE(saved.ok()) << saved.error().message;
+  PipelineOptions options;
+  options.mode = RunMode::kLocalization;
+  const Outcome run = Run(options, out, Schedule::kInline, &*saved);
+  EXPECT_GE(Count(run.report, FrameState::kTracking), static_cast<long>(run.result.frames.size()) * 95 / 100);
+  const TrajectoryErrors errors = Errors(out / "trajectory.txt");
+  EXPECT_LE(errors.ate.rmse, 0.05);
+  EXPECT_GE(errors.coverage, 0.98) << "odometry places the frames before the first recognised one";
+  for (const char* name : {"map.pvm", "map.pgm", "map.yaml", "map.bt", "points.pcd"}) {
+    EXPECT_EQ(Contents(mapped / name), Contents(out / name)) << name;
+  }
+}
+
+TEST_F(EndToEnd, ASavedMapGrows) {
+  const fs::path mapped = folder_->path() / "to_grow", out = folder_->path() / "grown";
+  const Outcome first = Run(PipelineOptions{}, mapped);
+  const Expected<SavedMap> saved = LoadMapFile(mapped / "map.pvm");
+  ASSERT_TRUE(saved.ok()) << saved.error().message;
+  const Outcome second = Run(PipelineOptions{}, out, Schedule::kInline, &*saved);
+  ASSERT_NE(second.map, nullptr);
+  EXPECT_TRUE(Validate(*second.map).empty());
+  EXPECT_GT(second.map->next_keyframe_id, first.map->next_keyframe_id);
+  EXPECT_LE(Errors(out / "trajectory.txt").ate.rmse, 0.05);
+}
+
+TEST_F(EndToEnd, ASavedMapThatDoesNotFitIsRefusedWithTheReason) {
+  SavedMap saved;
+  saved.map.octave_scales = PipelineOptions{}.orb.ScaleFactors();
+  const CameraModel camera{640, 480, 500.0, 500.0, 320.0, 240.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+  saved.camera = camera;
+  saved.camera.fx += 20.0;
+  SlamSystem system(PipelineOptions{}, camera, true, Schedule::kInline);
+  EXPECT_EQ(system.StartFrom(saved).size(), 2U) << "no keyframes, another camera";
+  EXPECT_EQ(system.map(), nullptr);
 }
 
 TEST_F(EndToEnd, WithoutOdometryNoMetricClaimIsMade) {

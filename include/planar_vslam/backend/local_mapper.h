@@ -40,6 +40,7 @@ struct KeyframeProposal {
   Keyframe keyframe;
   std::optional<PreintegratedOdometry> odometry;  // since the keyframe proposed before
   CountSightings sightings;                       // since the proposal before
+  std::vector<AddSweeps> sweeps;                  // likewise
 };
 
 // Where a culled keyframe was, relative to one that remains: trajectories are re-anchored with it.

@@ -31,6 +31,14 @@ std::vector<FeatureMatch> MatchBruteForce(const FrameFeatures& first, const std:
                                           const FrameFeatures& second, const std::vector<int>& second_indices,
                                           const MatchOptions& options);
 
+// The nearest of `database` (not empty) for each query; the smaller index on ties.
+struct NearestDescriptor {
+  int index = -1;
+  int distance = 0;  // bits
+};
+std::vector<NearestDescriptor> FindNearestDescriptors(const std::vector<Descriptor>& queries,
+                                                      const std::vector<Descriptor>& database);
+
 // Drops the matches outside the three largest bins of angle(second) - angle(first). Keeps order.
 void KeepConsistentRotation(const FrameFeatures& first, const FrameFeatures& second,
                             std::vector<FeatureMatch>* matches);

@@ -34,6 +34,14 @@ std::vector<KeyframeId> VotedKeyframes(const Map& map, const std::vector<Landmar
 std::vector<KeyframeId> NearbyKeyframes(const Map& map, const Rigid3& T_map_camera, double distance, double angle,
                                         std::size_t limit);
 
+std::vector<LandmarkId> ValidOnly(const std::vector<LandmarkId>& ids);
+
+// How many of `ids` exist and were observed at least twice.
+int CountWellObserved(const Map& map, const std::vector<LandmarkId>& ids);
+
+// Median depth of the existing ones of `ids` in the camera; 0 where there is none.
+double MedianDepth(const Map& map, const std::vector<LandmarkId>& ids, const Rigid3& T_map_camera);
+
 // Union of the landmarks seen by `keyframes`, ascending.
 std::vector<LandmarkId> LandmarksOf(const Map& map, const std::vector<KeyframeId>& keyframes);
 

@@ -1,6 +1,6 @@
 #pragma once
-// Pose of a frame against single keyframes of the map, with no idea where the camera is: descriptor matching to the
-// landmarks a keyframe sees, PnP in RANSAC.
+// Pose of a frame in the map with no idea where the camera is: keyframes that look like it, descriptor matching to the
+// landmarks each of them sees, PnP in RANSAC.
 #include <optional>
 #include <vector>
 
@@ -25,5 +25,9 @@ struct RelocalizationHypothesis {
 std::optional<RelocalizationHypothesis> RelocalizeAgainst(const Map& map, KeyframeId keyframe,
                                                           const FrameFeatures& features, const CameraModel& camera,
                                                           const RelocalizerOptions& options);
+
+// The keyframes of the whole map that look most like the frame, at most `limit`, best first: each keypoint votes for
+// the keyframes that see the landmark nearest to it in appearance.
+std::vector<KeyframeId> KeyframesResembling(const Map& map, const FrameFeatures& features, std::size_t limit);
 
 }  // namespace planar_vslam

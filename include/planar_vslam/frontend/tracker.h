@@ -68,6 +68,7 @@ struct TrackResult {
   int inliers = 0;
   bool odometry_rejected = false;  // vision and odometry disagreed (slip): odometry did not take part
   bool wants_keyframe = false;
+  bool jumped = false;   // found far from where the frames before led: no motion leads here from them
   bool on_floor = true;  // whether the floor prior took part
   FrameMatches matches;  // inliers only
 };
@@ -78,6 +79,9 @@ class Tracker {
 
   // Starts from a frame whose pose and matches are known: the newest keyframe of a fresh map.
   void Start(const Map& map, KeyframeId keyframe);
+  // Starts anywhere in a known map: frames are kLost until several in a row were recognised at one place of it.
+  void StartUnlocalized();
+  bool localized() const { return localized_; }
   // The map was scaled as a whole: relative motions of the camera scale with it.
   void OnMapScaled(const Map& map, double scale);
   // Tells that `keyframe` was made, T_keyframe_last (bases) ago: it becomes the reference.
@@ -100,7 +104,7 @@ class Tracker {
     bool from_odometry = false;
   };
 
-  // A pose that descriptors alone gave while odometry said otherwise.
+  // A pose that descriptors alone gave, where odometry says otherwise or nothing.
   struct Hypothesis {
     Rigid3 T_map_base;
     int confirmations = 0;
@@ -108,7 +112,15 @@ class Tracker {
 
   Rigid3 ReferencePose(const Map& map) const;
   Prediction PredictWithoutOdometry(const Map& map) const;
+  bool FindFirstPose(const TrackInput& input, const Map& map, const Prediction& prediction, Prediction* used,
+                     TrackResult* result);
   bool ConfirmHypothesis(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result);
+  std::vector<KeyframeId> HypothesisCandidates(const TrackInput& input, const Map& map, const Prediction& prediction,
+                                               const std::optional<Hypothesis>& previous) const;
+  bool BestHypothesis(const TrackInput& input, const Map& map, const Prediction& prediction,
+                      const std::vector<KeyframeId>& candidates, TrackResult* best) const;
+  bool IsJump(const Prediction& prediction, const TrackResult& result) const;
+  void Adopt(const Map& map, const TrackResult& result);
   Prediction Predict(const TrackInput& input, const Map& map) const;
   bool TrackLastFrame(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result) const;
   bool Rematch(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result) const;
@@ -127,6 +139,8 @@ class Tracker {
   LastFrame last_;
   std::optional<Rigid3> velocity_;  // T_last_base of the frame before: constant-motion model without odometry
   bool visually_tracked_ = false;   // the last frame was
+  bool localized_ = false;          // since the start
+  int blind_frames_ = 0;            // since the last one with a pose from vision
   std::optional<Hypothesis> hypothesis_;
   FloorMonitor floor_;
   int frames_since_keyframe_ = 0;

@@ -2,6 +2,7 @@
 // The map as a value: keyframes and landmarks that refer to each other by id only. It changes only through edits
 // (map_edit.h), which keep both directions of every reference in step.
 #include <Eigen/Core>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "planar_vslam/geometry/rigid3.h"
 #include "planar_vslam/map/id.h"
 #include "planar_vslam/planar/preintegration.h"
+#include "planar_vslam/sensor/measurements.h"
 #include "planar_vslam/sensor/timestamp.h"
 
 namespace planar_vslam {
@@ -20,6 +22,14 @@ struct OdometryLink {
   PreintegratedOdometry odometry;
 };
 
+// A laser sweep taken near the keyframe that holds it. The laser sweeps in the plane of the floor, so the base is
+// planar.
+struct LaserSweep {
+  std::shared_ptr<const PlanarScan> scan;  // written once, shared
+  Rigid3 T_base_laser;
+  Rigid2 T_keyframe_base;  // m even where the map is not metric: base at the sweep in the keyframe's base
+};
+
 struct Keyframe {
   Timestamp stamp;
   Rigid3 T_map_base;
@@ -28,6 +38,7 @@ struct Keyframe {
   std::vector<LandmarkId> landmarks;          // per keypoint; invalid where it observes none
   std::optional<OdometryLink> odometry_link;  // absent for the first keyframe and without odometry
   bool on_floor = true;                       // whether the floor prior may hold this pose (floor_monitor.h)
+  std::vector<LaserSweep> sweeps = {};        // in the order they were added
 
   Rigid3 T_map_camera() const { return T_map_base * T_base_camera; }
 };

@@ -35,7 +35,8 @@ struct EraseLandmarks {
   std::vector<LandmarkId> ids;
 };
 // Its observations go; the odometry link of a later keyframe that pointed at it is re-composed across it, or
-// dropped when it has no link itself.
+// dropped when it has no link itself. Its laser sweeps go to the keyframe before it (the one after it, for the first),
+// where they were in the map; they are dropped with the last keyframe.
 struct EraseKeyframe {
   KeyframeId id;
 };
@@ -44,6 +45,10 @@ struct EraseKeyframe {
 struct MergeLandmarks {
   LandmarkId from;
   LandmarkId into;
+};
+struct AddSweeps {
+  KeyframeId keyframe;
+  std::vector<LaserSweep> sweeps;
 };
 struct SetKeyframePose {
   KeyframeId id;
@@ -68,9 +73,9 @@ struct SetMetric {
   bool metric = true;
 };
 
-using MapEditStep =
-    std::variant<AddKeyframe, AddLandmark, AddObservation, EraseObservation, EraseLandmarks, EraseKeyframe,
-                 MergeLandmarks, SetKeyframePose, SetLandmarkPosition, CountSightings, TransformMap, SetMetric>;
+using MapEditStep = std::variant<AddKeyframe, AddLandmark, AddObservation, EraseObservation, EraseLandmarks,
+                                 EraseKeyframe, MergeLandmarks, AddSweeps, SetKeyframePose, SetLandmarkPosition,
+                                 CountSightings, TransformMap, SetMetric>;
 using MapEdit = std::vector<MapEditStep>;
 
 // Steps naming ids that no longer exist are passed over (the map may have moved on since the edit was made), except

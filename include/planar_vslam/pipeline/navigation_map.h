@@ -1,9 +1,10 @@
 #pragma once
-// Map, trajectory and scans handed to mapping2d as plain posed points and scans.
+// The map handed to mapping2d as plain posed points and scans.
 #include <vector>
 
+#include "planar_vslam/map/map.h"
 #include "planar_vslam/mapping2d/map_builder.h"
-#include "planar_vslam/pipeline/slam_system.h"
+#include "planar_vslam/sensor/camera_model.h"
 
 namespace planar_vslam {
 
@@ -16,10 +17,10 @@ struct LandmarkAcceptance {
   double pixel_sigma = 1.0;                     // px
 };
 
-// Points per keyframe and scans with the poses of the present map. Empty for a map that is not metric.
-MapBuilder BuildNavigationMap(const Map& map, const TrajectoryRecorder& trajectory,
-                              const std::vector<AnchoredScan>& scans, const CameraModel& camera,
-                              const MapBuilderOptions& options, const LandmarkAcceptance& acceptance);
+// Points and laser sweeps of the keyframes; the robot's footprint is free at each keyframe and sweep, and along the
+// straight pieces of odometry between keyframes. Empty for a map that is not metric.
+MapBuilder BuildNavigationMap(const Map& map, const CameraModel& camera, const MapBuilderOptions& options,
+                              const LandmarkAcceptance& acceptance);
 
 // Landmarks as a cloud: normal towards the observers, intensity is the number of observations.
 std::vector<CloudPoint> LandmarkCloud(const Map& map);

@@ -30,7 +30,11 @@ struct TopicOptions {
   std::string odom_frame = "odom";
 };
 
+// What happens to a map that the run starts from: it grows, or it stays as it is and only gives poses.
+enum class RunMode { kMapping, kLocalization };
+
 struct PipelineOptions {
+  RunMode mode = RunMode::kMapping;
   OdometryUse odometry = OdometryUse::kAuto;
   OrbOptions orb;
   InitializerOptions initializer;

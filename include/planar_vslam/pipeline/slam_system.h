@@ -10,8 +10,10 @@
 
 #include "planar_vslam/frontend/initializer.h"
 #include "planar_vslam/frontend/tracker.h"
+#include "planar_vslam/map/map_file.h"
 #include "planar_vslam/pipeline/executor.h"
 #include "planar_vslam/pipeline/options.h"
+#include "planar_vslam/pipeline/sweep_collector.h"
 #include "planar_vslam/pipeline/synchronizer.h"
 #include "planar_vslam/pipeline/trajectory_recorder.h"
 
@@ -49,14 +51,6 @@ struct SystemReport {
   std::optional<Timestamp> initialized;  // first frame with a map
 };
 
-// A laser sweep kept with the frame it was taken near.
-struct AnchoredScan {
-  std::shared_ptr<const PlanarScan> scan;  // shared: snapshots for publishing copy no ranges
-  Rigid3 T_base_laser;
-  Rigid2 T_frame_base;
-  std::size_t frame = 0;  // index into the recorded trajectory
-};
-
 enum class Schedule { kInline, kThreaded };
 
 class SlamSystem {
@@ -67,6 +61,10 @@ class SlamSystem {
   SlamSystem(const SlamSystem&) = delete;
   SlamSystem& operator=(const SlamSystem&) = delete;
 
+  // Starts from a saved map instead of making the first one; before the first Process(). Frames have no pose until one
+  // is recognised in it. Problems, one line each, where map and camera or options do not fit together: nothing is done.
+  std::vector<std::string> StartFrom(const SavedMap& saved);
+
   FrameReport Process(const FramePacket& packet);
   // Waits for pending work, then adjusts the whole map (unless the options say not to).
   void Finish();
@@ -74,8 +72,7 @@ class SlamSystem {
   std::shared_ptr<const Map> map() const { return map_; }
   const SystemReport& report() const { return report_; }
   const TrajectoryRecorder& trajectory() const { return trajectory_; }
-  const std::vector<AnchoredScan>& scans() const { return scans_; }
-  // Drops map, trajectory and scans and starts over.
+  // Drops map and trajectory and starts over: from the saved map where there was one.
   void Reset();
 
  private:
@@ -84,7 +81,7 @@ class SlamSystem {
     Timestamp stamp;
     Rigid3 T_map_base;  // of the proposing frame, in the snapshot of that moment
   };
-  // A frame from before there was a map: odometry places it once there is one.
+  // A frame from before the first pose: odometry places it once there is one.
   struct EarlyFrame {
     Timestamp stamp;
     Rigid3 T_base_camera;
@@ -96,9 +93,10 @@ class SlamSystem {
                   const std::optional<PreintegratedOdometry>& step, FrameReport* report);
   void Propose(const FramePacket& packet, const FrameFeaturesPtr& features, TrackResult result);
   void PlaceEarlyFrames();
+  void PlaceFramesBefore(const TrackResult& result);
   void CollectMapping(bool wait);
   void TryScaleRecovery(Timestamp stamp);
-  void KeepScans(const FramePacket& packet);
+  bool localizing() const { return options_.mode == RunMode::kLocalization; }
 
   PipelineOptions options_;
   CameraModel camera_;
@@ -113,7 +111,8 @@ class SlamSystem {
   CountSightings sightings_;
   TrajectoryRecorder trajectory_;
   std::vector<EarlyFrame> before_map_;
-  std::vector<AnchoredScan> scans_;
+  SweepCollector sweeps_;
+  std::shared_ptr<const Map> saved_map_;  // the run started from
   SystemReport report_;
   Rigid3 T_map_base_last_;
 };

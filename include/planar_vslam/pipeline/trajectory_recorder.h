@@ -1,6 +1,7 @@
 #pragma once
 // The pose of every frame relative to a keyframe, so that the whole trajectory follows the keyframes when they move.
 #include <map>
+#include <utility>
 #include <vector>
 
 #include "planar_vslam/backend/local_mapper.h"
@@ -25,11 +26,11 @@ class TrajectoryRecorder {
   void OnScaled(const Map& map, double scale);
   // T_map_base of every frame in `map`.
   std::vector<std::pair<Timestamp, Rigid3>> Poses(const Map& map) const;
+  // A keyframe of `map` and T_keyframe_base of the frame with this index.
+  std::pair<KeyframeId, Rigid3> Anchor(const Map& map, std::size_t frame) const;
   std::size_t size() const { return frames_.size(); }
 
  private:
-  Rigid3 Resolve(const Map& map, KeyframeId reference) const;
-
   std::vector<RecordedFrame> frames_;
   std::map<KeyframeId, CulledKeyframe> culled_;
 };

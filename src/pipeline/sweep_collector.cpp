@@ -1,0 +1,46 @@
+#include "planar_vslam/pipeline/sweep_collector.h"
+
+#include <cmath>
+#include <map>
+
+namespace planar_vslam {
+
+bool SweepCollector::IsNew(const Rigid2& T_odom_base) {
+  constexpr double kDistance = 0.05;  // m, one cell of the usual grid
+  constexpr double kAngle = DegreesToRadians(3.0);
+  constexpr int kStanding = 10;  // sweeps kept where the robot stands: enough to clear what walked by
+  if (last_kept_.has_value()) {
+    const Rigid2 moved = last_kept_->Inverse() * T_odom_base;
+    if (moved.translation.norm() < kDistance && std::abs(moved.angle) < kAngle) return ++kept_here_ < kStanding;
+  }
+  last_kept_ = T_odom_base;
+  kept_here_ = 0;
+  return true;
+}
+
+void SweepCollector::Add(const FramePacket& packet, std::size_t frame) {
+  if (!packet.T_odom_base.has_value()) return;
+  for (const ScanPacket& scan : packet.scans) {
+    if (!IsNew(*packet.T_odom_base * scan.T_frame_base)) continue;
+    waiting_.push_back({std::make_shared<const PlanarScan>(scan.scan), scan.T_base_laser, scan.T_frame_base, frame});
+  }
+}
+
+std::vector<AddSweeps> SweepCollector::Take(const Map& map, const TrajectoryRecorder& trajectory) {
+  if (!map.metric) return {};
+  std::map<KeyframeId, std::vector<LaserSweep>> by_keyframe;
+  for (Waiting& sweep : waiting_) {
+    const auto [keyframe, T_keyframe_frame] = trajectory.Anchor(map, sweep.frame);
+    // Between poses in the plane: the sway of either body is not the laser's.
+    const Rigid3& T_map_keyframe = map.keyframes.At(keyframe).T_map_base;
+    const Rigid2 T_map_base = ProjectToPlane(T_map_keyframe * T_keyframe_frame) * sweep.T_frame_base;
+    by_keyframe[keyframe].push_back(
+        {std::move(sweep.scan), sweep.T_base_laser, ProjectToPlane(T_map_keyframe).Inverse() * T_map_base});
+  }
+  waiting_.clear();
+  std::vector<AddSweeps> edits;
+  for (auto& [keyframe, sweeps] : by_keyframe) edits.push_back({keyframe, std::move(sweeps)});
+  return edits;
+}
+
+}  // namespace planar_vslam
