@@ -76,6 +76,9 @@ MappingOutcome MapKeyframe(Map map, const KeyframeProposal& proposal, const Mapp
   MapEdit arrival{proposal.sightings, AddKeyframe{id, std::move(keyframe)}};
   arrival.insert(arrival.end(), proposal.sweeps.begin(), proposal.sweeps.end());
   map = Apply(std::move(map), arrival);
+  const MapEdit laser = LinkByLaser(map, id, context.scan_match);
+  map = Apply(std::move(map), laser);
+  report.laser_links = static_cast<int>(map.keyframes.At(id).laser_links.size());
 
   const std::size_t before = map.landmarks.size();
   const MapEdit recent = CullRecentLandmarks(map, id, context.options);

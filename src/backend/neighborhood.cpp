@@ -74,16 +74,19 @@ BundleRequest LocalRequest(const Map& map, KeyframeId newest, const LocalMapperO
   std::sort(request.landmarks.begin(), request.landmarks.end());
   request.landmarks.erase(std::unique(request.landmarks.begin(), request.landmarks.end()), request.landmarks.end());
 
-  // Border: those that see most of the landmarks, and the far ends of odometry links into the window.
+  // Border: those that see most of the landmarks, and the far ends of links into the window.
   std::vector<int> votes(map.next_keyframe_id, 0);
   for (const LandmarkId id : request.landmarks) {
     for (const Observation& o : map.landmarks.At(id).observations) ++votes[o.keyframe.value];
   }
   constexpr int kLinkVote = 1 << 20;  // always among the border
+  const auto vote = [&](KeyframeId id, const OdometryLink& link) {
+    if (is_free(id)) votes[link.from.value] += kLinkVote;
+    if (is_free(link.from)) votes[id.value] += kLinkVote;
+  };
   for (const auto& [id, keyframe] : map.keyframes) {
-    if (!keyframe.odometry_link.has_value()) continue;
-    if (is_free(id)) votes[keyframe.odometry_link->from.value] += kLinkVote;
-    if (is_free(keyframe.odometry_link->from)) votes[id.value] += kLinkVote;
+    if (keyframe.odometry_link.has_value()) vote(id, *keyframe.odometry_link);
+    for (const OdometryLink& link : keyframe.laser_links) vote(id, link);
   }
   std::vector<KeyframeId> border;
   for (const auto& [id, keyframe] : map.keyframes) {

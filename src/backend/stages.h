@@ -15,6 +15,9 @@ std::vector<KeyframeId> WithNearby(const Map& map, KeyframeId id, std::vector<Ke
 // Valid landmark ids of a keyframe, in keypoint order.
 std::vector<LandmarkId> LandmarksSeen(const Keyframe& keyframe);
 
+// Matches the newest keyframe's own laser sweep, the first it holds, against those of the keyframe before it and of the
+// oldest one that stood nearby.
+MapEdit LinkByLaser(const Map& map, KeyframeId newest, const ScanMatchOptions& options);
 MapEdit CullRecentLandmarks(const Map& map, KeyframeId newest, const LocalMapperOptions& options);
 MapEdit TriangulateWith(const Map& map, KeyframeId newest, KeyframeId neighbor, const MapperContext& context);
 // Projects `landmarks` into `target`: a free keypoint gains the observation, a taken one merges the two landmarks.

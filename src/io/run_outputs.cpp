@@ -117,6 +117,11 @@ Json ReportJson(const SlamSystem& system, const RunResult& result, const Pipelin
   json["keyframes_off_floor"] = map == nullptr ? 0
                                                : std::count_if(map->keyframes.begin(), map->keyframes.end(),
                                                                [](const auto& e) { return !e.second.on_floor; });
+  std::size_t laser_links = 0;
+  if (map != nullptr) {
+    for (const auto& [id, keyframe] : map->keyframes) laser_links += keyframe.laser_links.size();
+  }
+  json["laser_links"] = laser_links;
   json["odometry_rejected"] = report.odometry_rejected;
   json["unused_input"] = result.unused_input.empty() ? Json(Json::object()) : Json(result.unused_input);
   if (!deterministic) json["timing"] = Timing(result);

@@ -33,6 +33,7 @@ class Editor {
   void operator()(const EraseKeyframe& step);
   void operator()(const MergeLandmarks& step);
   void operator()(const AddSweeps& step);
+  void operator()(const AddLaserLinks& step);
   void operator()(const SetKeyframePose& step);
   void operator()(const SetLandmarkPosition& step);
   void operator()(const CountSightings& step);
@@ -50,6 +51,8 @@ class Editor {
   void FreeKeypoint(const Observation& observation);
   void EraseLandmark(LandmarkId id, Landmark* landmark);
   void RehomeSweeps(KeyframeId erased_id);
+  void BridgeLaser(KeyframeId erased_id, const std::vector<OdometryLink>& erased_links);
+  void AddLaserLink(KeyframeId id, Keyframe* keyframe, const OdometryLink& link);
   void BridgeOdometry(KeyframeId erased_id, const std::optional<OdometryLink>& erased_link);
   void EraseThinLandmarks();
   void UpdateDerivedFields();
@@ -121,6 +124,8 @@ void Editor::operator()(const AddKeyframe& step) {
     PV_CHECK(from < step.id, "id=" << step.id.value << " from=" << from.value);
     if (!map_.keyframes.Contains(from)) keyframe.odometry_link.reset();
   }
+  keyframe.laser_links.clear();
+  for (const OdometryLink& link : step.keyframe.laser_links) AddLaserLink(step.id, &keyframe, link);
 
   const auto count = static_cast<std::uint32_t>(keyframe.landmarks.size());
   keyframe.landmarks.assign(count, LandmarkId{});
@@ -164,8 +169,30 @@ void Editor::operator()(const EraseKeyframe& step) {
     if (id.valid()) Disconnect(id, step.id);
   }
   BridgeOdometry(step.id, keyframe->odometry_link);
+  BridgeLaser(step.id, keyframe->laser_links);
   RehomeSweeps(step.id);
   map_.keyframes.Erase({step.id});
+}
+
+void Editor::BridgeLaser(KeyframeId erased_id, const std::vector<OdometryLink>& erased_links) {
+  for (auto& [id, keyframe] : map_.keyframes) {
+    std::vector<OdometryLink>& links = keyframe.laser_links;
+    const auto link = std::find_if(links.begin(), links.end(), [&](const auto& l) { return l.from == erased_id; });
+    if (link == links.end()) continue;
+    const PreintegratedOdometry from_erased = link->odometry;
+    links.erase(link);
+    if (erased_links.empty()) continue;
+    const OdometryLink& nearest = erased_links.back();  // ascending: the latest, whose way is the shortest
+    AddLaserLink(id, &keyframe, {nearest.from, Compose(nearest.odometry, from_erased)});
+  }
+}
+
+void Editor::AddLaserLink(KeyframeId id, Keyframe* keyframe, const OdometryLink& link) {
+  if (!(link.from < id) || !map_.keyframes.Contains(link.from)) return;
+  std::vector<OdometryLink>& links = keyframe->laser_links;
+  const auto at = std::lower_bound(links.begin(), links.end(), link.from,
+                                   [](const OdometryLink& l, KeyframeId from) { return l.from < from; });
+  if (at == links.end() || at->from != link.from) links.insert(at, link);
 }
 
 void Editor::RehomeSweeps(KeyframeId erased_id) {
@@ -210,6 +237,12 @@ void Editor::operator()(const AddSweeps& step) {
   if (keyframe == nullptr) return;
   for (const LaserSweep& sweep : step.sweeps) PV_CHECK(sweep.scan != nullptr, "keyframe " << step.keyframe.value);
   keyframe->sweeps.insert(keyframe->sweeps.end(), step.sweeps.begin(), step.sweeps.end());
+}
+
+void Editor::operator()(const AddLaserLinks& step) {
+  Keyframe* keyframe = map_.keyframes.Find(step.keyframe);
+  if (keyframe == nullptr) return;
+  for (const OdometryLink& link : step.links) AddLaserLink(step.keyframe, keyframe, link);
 }
 
 void Editor::operator()(const SetKeyframePose& step) {

@@ -13,8 +13,9 @@ constexpr std::size_t kBytesPerFeature = 28 + 32 + 4;              // keypoint, 
 constexpr std::size_t kBytesPerKeyframe = 4 + 8 + 2 * 56 + 2 + 4;  // id, stamp, two motions, two flags, feature count
 constexpr std::size_t kBytesPerObservation = 8;
 constexpr std::size_t kBytesPerRange = 4;
-constexpr std::size_t kBytesPerSweep = 8 + 4 * 8 + 4 + 56 + 3 * 8;            // stamp, laser, range count, two motions
-constexpr std::size_t kBytesPerSweepList = 4 + 4;                             // keyframe id, sweep count
+constexpr std::size_t kBytesPerSweep = 8 + 4 * 8 + 4 + 56 + 3 * 8;  // stamp, laser, range count, two motions
+constexpr std::size_t kBytesPerLink = 4 + (3 + 9 + 3) * 8;
+constexpr std::size_t kBytesPerSweepList = 4 + 4 + 4;                         // keyframe id, sweep and link counts
 constexpr std::size_t kBytesPerLandmark = 4 + 24 + 4 + 4 + 8 + 32 + 24 + 16;  // as in LandmarkFields, none observed
 
 // Each of these lists the fields of a value once: a ByteWriter takes it const, a ByteReader fills it in.
@@ -46,18 +47,23 @@ void RigidFields(Stream& s, Motion& T) {
 
 template <class Stream, class Link>
 void LinkFields(Stream& s, Link& link) {
-  bool present = link.has_value();
-  s.Flag(present);
-  if (!present) return;
-  if constexpr (Stream::kReading) link.emplace();
-  auto& odometry = link->odometry;
-  s.Number(link->from.value);
+  auto& odometry = link.odometry;
+  s.Number(link.from.value);
   s.Numbers(odometry.T_i_j.translation.data(), 2);
   s.Number(odometry.T_i_j.angle);
   s.Numbers(odometry.covariance.data(), 9);  // by columns
   s.Number(odometry.distance);
   s.Number(odometry.turn);
   s.Number(odometry.seconds);
+}
+
+template <class Stream, class Link>
+void OptionalLinkFields(Stream& s, Link& link) {
+  bool present = link.has_value();
+  s.Flag(present);
+  if (!present) return;
+  if constexpr (Stream::kReading) link.emplace();
+  LinkFields(s, *link);
 }
 
 template <class Stream, class Features, class Ids>
@@ -80,7 +86,7 @@ void KeyframeFields(Stream& s, AnyKeyframe& keyframe) {
   RigidFields(s, keyframe.T_map_base);
   RigidFields(s, keyframe.T_base_camera);
   s.Flag(keyframe.on_floor);
-  LinkFields(s, keyframe.odometry_link);
+  OptionalLinkFields(s, keyframe.odometry_link);
   if constexpr (Stream::kReading) {
     auto features = std::make_shared<FrameFeatures>();
     FeatureFields(s, *features, keyframe.landmarks);
@@ -130,31 +136,39 @@ void SweepFields(Stream& s, Sweep& sweep) {
   }
 }
 
-// The sweeps of the keyframes that have any.
-void WriteSweeps(ByteWriter& s, const Map& map) {
-  std::vector<const std::pair<KeyframeId, Keyframe>*> with_sweeps;
+template <class Stream, class AnyKeyframe>
+void LaserFields(Stream& s, AnyKeyframe& keyframe) {
+  s.Size(kBytesPerSweep, keyframe.sweeps);
+  for (auto& sweep : keyframe.sweeps) SweepFields(s, sweep);
+  s.Size(kBytesPerLink, keyframe.laser_links);
+  for (auto& link : keyframe.laser_links) LinkFields(s, link);
+}
+
+bool HasLaser(const Keyframe& keyframe) { return !keyframe.sweeps.empty() || !keyframe.laser_links.empty(); }
+
+// The sweeps and links of the keyframes that have any.
+void WriteLaser(ByteWriter& s, const Map& map) {
+  std::vector<const std::pair<KeyframeId, Keyframe>*> with_laser;
   for (const auto& entry : map.keyframes) {
-    if (!entry.second.sweeps.empty()) with_sweeps.push_back(&entry);
+    if (HasLaser(entry.second)) with_laser.push_back(&entry);
   }
-  s.Size(kBytesPerSweepList, with_sweeps);
-  for (const auto* entry : with_sweeps) {
+  s.Size(kBytesPerSweepList, with_laser);
+  for (const auto* entry : with_laser) {
     s.Number(entry->first.value);
-    s.Size(kBytesPerSweep, entry->second.sweeps);
-    for (const LaserSweep& sweep : entry->second.sweeps) SweepFields(s, sweep);
+    LaserFields(s, entry->second);
   }
 }
 
-void ReadSweeps(ByteReader& s, Map* map) {
+void ReadLaser(ByteReader& s, Map* map) {
   for (std::size_t left = s.Count(kBytesPerSweepList); left > 0 && s.ok(); --left) {
     KeyframeId id;
     s.Number(id.value);
     Keyframe* keyframe = map->keyframes.Find(id);
-    if (keyframe == nullptr || !keyframe->sweeps.empty()) {
+    if (keyframe == nullptr || HasLaser(*keyframe)) {
       s.Fail("sweeps of keyframe " + std::to_string(id.value) + ", expected a keyframe of the map, once");
       return;
     }
-    s.Size(kBytesPerSweep, keyframe->sweeps);
-    for (LaserSweep& sweep : keyframe->sweeps) SweepFields(s, sweep);
+    LaserFields(s, *keyframe);
   }
 }
 
@@ -201,7 +215,7 @@ Sections Encode(const Map& map, const CameraModel& camera) {
   MapFields(s[1], map);
   WriteEntries<KeyframeId, Keyframe>(s[2], map.keyframes, KeyframeFields);
   WriteEntries<LandmarkId, Landmark>(s[3], map.landmarks, LandmarkFields);
-  WriteSweeps(s[4], map);
+  WriteLaser(s[4], map);
   return {s[0].bytes(), s[1].bytes(), s[2].bytes(), s[3].bytes(), s[4].bytes()};
 }
 
@@ -219,7 +233,7 @@ Expected<SavedMap> Decode(const Sections& sections, std::size_t count) {
                     [&](ByteReader& s) {
                       ReadEntries<LandmarkId, Landmark>(s, kBytesPerLandmark, LandmarkFields, &map.landmarks);
                     }),
-      count > kTagsOfVersion1 ? DecodeSection(kTags[4], sections[4], [&](ByteReader& s) { ReadSweeps(s, &map); }) : ""};
+      count > kTagsOfVersion1 ? DecodeSection(kTags[4], sections[4], [&](ByteReader& s) { ReadLaser(s, &map); }) : ""};
   for (const std::string& problem : problems) {
     if (!problem.empty()) return Error{problem};
   }

@@ -66,15 +66,26 @@ void CheckFeatures(const Map& map, KeyframeId id, const FrameFeatures& features,
   }
 }
 
-void CheckLink(const Map& map, KeyframeId id, const OdometryLink& link, Problems* problems) {
-  problems->Unless(map.keyframes.Contains(link.from), "keyframe ", id.value, ": odometry link from keyframe ",
+void CheckLink(const Map& map, KeyframeId id, const char* kind, const OdometryLink& link, Problems* problems) {
+  problems->Unless(map.keyframes.Contains(link.from), "keyframe ", id.value, ": ", kind, " link from keyframe ",
                    link.from.value, " that does not exist");
-  problems->Unless(link.from < id, "keyframe ", id.value, ": odometry link from keyframe ", link.from.value,
+  problems->Unless(link.from < id, "keyframe ", id.value, ": ", kind, " link from keyframe ", link.from.value,
                    " that is not earlier");
   const PreintegratedOdometry& o = link.odometry;
   const bool finite = o.T_i_j.translation.allFinite() && std::isfinite(o.T_i_j.angle) && o.covariance.allFinite() &&
                       std::isfinite(o.distance) && std::isfinite(o.turn) && std::isfinite(o.seconds);
-  problems->Unless(finite, "keyframe ", id.value, ": odometry link not finite");
+  problems->Unless(finite, "keyframe ", id.value, ": ", kind, " link not finite");
+}
+
+void CheckLinks(const Map& map, KeyframeId id, const Keyframe& keyframe, Problems* problems) {
+  if (keyframe.odometry_link) CheckLink(map, id, "odometry", *keyframe.odometry_link, problems);
+  KeyframeId previous;
+  for (const OdometryLink& link : keyframe.laser_links) {
+    CheckLink(map, id, "laser", link, problems);
+    problems->Unless(!previous.valid() || previous < link.from, "keyframe ", id.value, ": laser link from keyframe ",
+                     link.from.value, " not after keyframe ", previous.value);
+    previous = link.from;
+  }
 }
 
 // The direction keyframe -> landmark of every reference.
@@ -125,7 +136,7 @@ void CheckKeyframe(const Map& map, KeyframeId id, const Keyframe& keyframe, Prob
   }
   CheckLandmarksOf(map, id, keyframe, problems);
   CheckSweeps(id, keyframe.sweeps, problems);
-  if (keyframe.odometry_link) CheckLink(map, id, *keyframe.odometry_link, problems);
+  CheckLinks(map, id, keyframe, problems);
 }
 
 // The direction landmark -> keyframe of every reference.

@@ -51,7 +51,7 @@ class BundleProblem {
     auto* ordering = new ceres::ParameterBlockOrdering;
     AddBlocks(&problem, ordering);
     AddReprojections(&problem);
-    AddOdometry(&problem);
+    AddMotions(&problem);
     AddFloor(&problem);
 
     ceres::Solver::Options solver;
@@ -152,18 +152,24 @@ class BundleProblem {
     }
   }
 
-  void AddOdometry(ceres::Problem* problem) {
-    if (!context_.options.use_odometry || !map_.metric) return;
-    odometry_factors_.clear();
+  void AddMotions(ceres::Problem* problem) {
+    if (!map_.metric) return;
+    motion_factors_.clear();
     for (std::size_t j = 0; j < keyframes_.size(); ++j) {
-      const std::optional<OdometryLink>& link = map_.keyframes.At(keyframes_[j]).odometry_link;
-      if (!link.has_value()) continue;
-      const std::size_t i = IndexOf(link->from);
-      if (i == keyframes_.size() || (!IsFree(keyframes_[i]) && !IsFree(keyframes_[j]))) continue;
-      const Matrix6d covariance = LiftedCovariance(link->odometry, context_.odometry_noise);
-      odometry_factors_.emplace_back(Embed3(link->odometry.T_i_j), SquareRootInformation(covariance));
-      problem->AddResidualBlock(&odometry_factors_.back(), &odometry_loss_, PoseBlock(i), PoseBlock(j));
+      const Keyframe& keyframe = map_.keyframes.At(keyframes_[j]);
+      if (context_.options.use_odometry && keyframe.odometry_link.has_value()) {
+        AddMotion(*keyframe.odometry_link, j, problem);
+      }
+      for (const OdometryLink& link : keyframe.laser_links) AddMotion(link, j, problem);
     }
+  }
+
+  void AddMotion(const OdometryLink& link, std::size_t j, ceres::Problem* problem) {
+    const std::size_t i = IndexOf(link.from);
+    if (i == keyframes_.size() || (!IsFree(keyframes_[i]) && !IsFree(keyframes_[j]))) return;
+    const Matrix6d covariance = LiftedCovariance(link.odometry, context_.odometry_noise);
+    motion_factors_.emplace_back(Embed3(link.odometry.T_i_j), SquareRootInformation(covariance));
+    problem->AddResidualBlock(&motion_factors_.back(), &odometry_loss_, PoseBlock(i), PoseBlock(j));
   }
 
   void AddFloor(ceres::Problem* problem) {
@@ -180,7 +186,7 @@ class BundleProblem {
   std::vector<double> blocks_;
   std::vector<BlockObservation> observations_;
   std::deque<ReprojectionFactor> reprojections_;  // one per observation; cost functions cannot be moved
-  std::deque<OdometryFactor> odometry_factors_;
+  std::deque<OdometryFactor> motion_factors_;
   PlanarPriorFactor floor_{context_.planar.sigma_height, context_.planar.sigma_tilt};
   PoseManifold manifold_;
   ceres::HuberLoss pixel_loss_{std::sqrt(kChi2TwoDof95)};

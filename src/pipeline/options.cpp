@@ -132,6 +132,11 @@ void AddBackEnd(PipelineOptions& o, FieldList* f) {
   f->Add("bundle.odometry_huber", o.bundle.odometry_huber);
   f->Add("bundle.use_odometry", o.bundle.use_odometry);
   f->Add("bundle.final", o.final_bundle_adjustment);
+  f->Add("laser.match", o.scan_match.enabled);
+  f->Add("laser.range_sigma", o.scan_match.range_sigma);
+  f->Add("laser.max_offset", o.scan_match.max_offset);
+  f->Add("laser.min_share", o.scan_match.min_share);
+  f->Add("laser.min_points", o.scan_match.min_points);
   f->Add("scale.keyframes", o.scale.keyframes);
   f->Add("scale.min_distance", o.scale.min_distance);
 }
@@ -237,6 +242,7 @@ std::vector<std::string> PipelineOptions::Problems() const {
   add("bundle", bundle.Problems());
   add("odometry_noise", odometry_noise.Problems());
   add("planar", planar.Problems());
+  add("laser", scan_match.Problems());
   add("mapping2d", mapping2d.Problems());
   if (scale.keyframes < 3) all.emplace_back("scale: keyframes must be at least 3");
   if (!(scale.min_distance > 0.0)) all.emplace_back("scale: min_distance must be positive (m)");

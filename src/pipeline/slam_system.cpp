@@ -255,13 +255,18 @@ void SlamSystem::Propose(const FramePacket& packet, const FrameFeaturesPtr& feat
       result.on_floor};
   proposal.odometry = since_keyframe_;
   proposal.sightings = std::move(sightings_);
+  if (packet.T_odom_base.has_value()) {
+    std::optional<LaserSweep> own = sweeps_.TakeLatest(*packet.T_odom_base, packet.image.stamp);
+    if (own.has_value()) proposal.keyframe.sweeps.push_back(std::move(*own));
+  }
   proposal.sweeps = sweeps_.Take(*map_, trajectory_);
   sightings_ = CountSightings{};
   since_keyframe_.reset();
   if (!packet.odometry.empty() || packet.T_odom_base.has_value()) since_keyframe_ = PreintegratedOdometry{};
 
   auto task = std::make_shared<std::packaged_task<MappingOutcome()>>(
-      [snapshot = map_, proposal = std::move(proposal), context = MapperContext{bundle_, options_.mapper}] {
+      [snapshot = map_, proposal = std::move(proposal),
+       context = MapperContext{bundle_, options_.mapper, options_.scan_match}] {
         return MapKeyframe(*snapshot, proposal, context);
       });
   pending_ = Pending{task->get_future(), packet.image.stamp, result.T_map_base};

@@ -21,9 +21,19 @@ bool SweepCollector::IsNew(const Rigid2& T_odom_base) {
 void SweepCollector::Add(const FramePacket& packet, std::size_t frame) {
   if (!packet.T_odom_base.has_value()) return;
   for (const ScanPacket& scan : packet.scans) {
-    if (!IsNew(*packet.T_odom_base * scan.T_frame_base)) continue;
-    waiting_.push_back({std::make_shared<const PlanarScan>(scan.scan), scan.T_base_laser, scan.T_frame_base, frame});
+    const Rigid2 T_odom_base = *packet.T_odom_base * scan.T_frame_base;
+    if (!IsNew(T_odom_base)) continue;
+    waiting_.push_back(
+        {std::make_shared<const PlanarScan>(scan.scan), scan.T_base_laser, scan.T_frame_base, T_odom_base, frame});
   }
+}
+
+std::optional<LaserSweep> SweepCollector::TakeLatest(const Rigid2& T_odom_base, Timestamp stamp) {
+  constexpr double kRecent = 0.3;  // s; odometry errs by millimetres over it
+  if (waiting_.empty() || SecondsBetween(waiting_.back().scan->stamp, stamp) > kRecent) return std::nullopt;
+  Waiting latest = std::move(waiting_.back());
+  waiting_.pop_back();
+  return LaserSweep{std::move(latest.scan), latest.T_base_laser, T_odom_base.Inverse() * latest.T_odom_base};
 }
 
 std::vector<AddSweeps> SweepCollector::Take(const Map& map, const TrajectoryRecorder& trajectory) {

@@ -292,5 +292,33 @@ TEST_F(MapEditTest, SweepsForAKeyframeThatIsGoneArePassedOver) {
   EXPECT_TRUE(Equal(before, map_));
 }
 
+TEST_F(MapEditTest, LaserLinksGoAcrossAnErasedKeyframe) {
+  const PreintegratedOdometry to_1 = RandomOdometry(generator_), to_2 = RandomOdometry(generator_),
+                              to_3 = RandomOdometry(generator_);
+  Change(
+      {AddLaserLinks{K(1), {{K(0), to_1}}}, AddLaserLinks{K(2), {{K(1), to_2}}}, AddLaserLinks{K(3), {{K(1), to_3}}}});
+  Change({EraseKeyframe{K(1)}});
+  for (const auto& [id, step] : {std::pair(K(2), to_2), std::pair(K(3), to_3)}) {
+    const std::vector<OdometryLink>& links = map_.keyframes.At(id).laser_links;
+    ASSERT_EQ(links.size(), 1U);
+    EXPECT_EQ(links[0].from, K(0));
+    EXPECT_LT(LogSe2((to_1.T_i_j * step.T_i_j).Inverse() * links[0].odometry.T_i_j).norm(), 1e-12);
+  }
+  Change({EraseKeyframe{K(0)}});
+  EXPECT_TRUE(map_.keyframes.At(K(2)).laser_links.empty()) << "nothing to continue from";
+}
+
+TEST_F(MapEditTest, LaserLinksThatCannotBeArePassedOver) {
+  const PreintegratedOdometry step = RandomOdometry(generator_);
+  Change({AddLaserLinks{
+      K(2),
+      {{K(1), step}, {K(0), step}, {K(1), RandomOdometry(generator_)}, {K(2), step}, {K(3), step}, {K(9), step}}}});
+  const std::vector<OdometryLink>& links = map_.keyframes.At(K(2)).laser_links;
+  ASSERT_EQ(links.size(), 2U);
+  EXPECT_EQ(links[0].from, K(0));
+  EXPECT_EQ(links[1].from, K(1));
+  EXPECT_EQ(links[1].odometry.T_i_j.angle, step.T_i_j.angle) << "the first one stays";
+}
+
 }  // namespace
 }  // namespace planar_vslam::test

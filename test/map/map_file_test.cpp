@@ -216,12 +216,15 @@ TEST_F(MapFile, ANewerVersionIsCalledNewer) {
   ErrorOf(JoinSections(sections, 0));
 }
 
-TEST_F(MapFile, VersionOneIsReadWithoutSweeps) {
+TEST_F(MapFile, VersionOneIsReadWithoutLaser) {
   std::vector<MapFileSection> sections = SectionsOf(Saved(map_));
   sections.pop_back();
   const Expected<SavedMap> loaded = Loaded(JoinSections(sections, 1));
   ASSERT_TRUE(loaded.ok()) << loaded.error().message;
-  for (auto& [id, keyframe] : map_.keyframes) keyframe.sweeps.clear();
+  for (auto& [id, keyframe] : map_.keyframes) {
+    keyframe.sweeps.clear();
+    keyframe.laser_links.clear();
+  }
   ExpectSameMap(map_, loaded->map);
 }
 

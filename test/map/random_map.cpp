@@ -81,6 +81,7 @@ Map RandomMap(std::mt19937& generator, std::size_t keyframes, std::size_t landma
   for (std::uint32_t i = 0; i < keyframes; ++i) {
     Keyframe keyframe = RandomKeyframe(generator, landmarks);
     if (i > 0) keyframe.odometry_link = OdometryLink{K(i - 1), RandomOdometry(generator)};
+    if (i > 1) keyframe.laser_links = {{K(i - 2), RandomOdometry(generator)}, {K(i - 1), RandomOdometry(generator)}};
     edit.push_back(AddKeyframe{K(i), keyframe});
   }
   for (std::uint32_t k = 0; k < landmarks; ++k) {
@@ -110,7 +111,7 @@ MapEdit RandomEditor::Write(int steps) {
 }
 
 MapEditStep RandomEditor::RandomStep() {
-  switch (RandomIndex(generator_, 15)) {
+  switch (RandomIndex(generator_, 16)) {
     case 0:
     case 1:
       return NewKeyframe();
@@ -142,6 +143,9 @@ MapEditStep RandomEditor::RandomStep() {
       return SetMetric{generator_() % 2 == 0};
     case 13:
       return AddSweeps{AnyKeyframe(), {RandomSweep(generator_), RandomSweep(generator_)}};
+    case 14:
+      return AddLaserLinks{AnyKeyframe(),
+                           {{AnyKeyframe(), RandomOdometry(generator_)}, {AnyKeyframe(), RandomOdometry(generator_)}}};
     default: {
       if (alive_.empty()) return SetMetric{};
       const auto [keyframe, keypoints] = alive_[RandomIndex(generator_, alive_.size())];
@@ -195,12 +199,16 @@ bool Equal(const Rigid3& a, const Rigid3& b) {
   return a.translation == b.translation && a.rotation.coeffs() == b.rotation.coeffs();
 }
 
+bool Equal(const OdometryLink& a, const OdometryLink& b) {
+  return a.from == b.from && a.odometry.T_i_j.translation == b.odometry.T_i_j.translation &&
+         a.odometry.T_i_j.angle == b.odometry.T_i_j.angle && a.odometry.covariance == b.odometry.covariance &&
+         a.odometry.distance == b.odometry.distance && a.odometry.turn == b.odometry.turn &&
+         a.odometry.seconds == b.odometry.seconds;
+}
+
 bool Equal(const std::optional<OdometryLink>& a, const std::optional<OdometryLink>& b) {
   if (!a || !b) return a.has_value() == b.has_value();
-  return a->from == b->from && a->odometry.T_i_j.translation == b->odometry.T_i_j.translation &&
-         a->odometry.T_i_j.angle == b->odometry.T_i_j.angle && a->odometry.covariance == b->odometry.covariance &&
-         a->odometry.distance == b->odometry.distance && a->odometry.turn == b->odometry.turn &&
-         a->odometry.seconds == b->odometry.seconds;
+  return Equal(*a, *b);
 }
 
 // Ranges are compared as bits: no return is infinite.
@@ -213,10 +221,11 @@ bool Equal(const LaserSweep& a, const LaserSweep& b) {
 }
 
 bool Equal(const Keyframe& a, const Keyframe& b) {
-  const auto same = [](const LaserSweep& x, const LaserSweep& y) { return Equal(x, y); };
+  const auto same = [](const auto& x, const auto& y) { return Equal(x, y); };
   return a.stamp == b.stamp && Equal(a.T_map_base, b.T_map_base) && Equal(a.T_base_camera, b.T_base_camera) &&
          a.features == b.features && a.landmarks == b.landmarks && Equal(a.odometry_link, b.odometry_link) &&
-         std::equal(a.sweeps.begin(), a.sweeps.end(), b.sweeps.begin(), b.sweeps.end(), same);
+         std::equal(a.sweeps.begin(), a.sweeps.end(), b.sweeps.begin(), b.sweeps.end(), same) &&
+         std::equal(a.laser_links.begin(), a.laser_links.end(), b.laser_links.begin(), b.laser_links.end(), same);
 }
 
 bool Equal(const Landmark& a, const Landmark& b) {

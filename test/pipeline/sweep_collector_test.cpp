@@ -73,5 +73,15 @@ TEST_F(SweepCollectorTest, AStandingRobotKeepsAFewSweepsADrivingOneAll) {
   EXPECT_EQ(Taken(), 20U);
 }
 
+TEST_F(SweepCollectorTest, AKeyframeTakesTheLatestSweepByOdometry) {
+  AddFrame(0.1);
+  AddFrame(0.2);
+  EXPECT_FALSE(collector_.TakeLatest(Rigid2(0.25, 0.0, 0.0), Timestamp::FromSeconds(9.0)).has_value()) << "too old";
+  const auto own = collector_.TakeLatest(Rigid2(0.25, 0.0, 0.0), Timestamp::FromSeconds(0.1));
+  ASSERT_TRUE(own.has_value());
+  EXPECT_NEAR(own->T_keyframe_base.translation.x(), 0.21 - 0.25, 1e-9);
+  EXPECT_EQ(Taken(), 1U) << "the other one still waits";
+}
+
 }  // namespace
 }  // namespace planar_vslam

@@ -1,12 +1,14 @@
 #pragma once
-// What happens to the map when a keyframe arrives: it is added, recent landmarks are culled, new ones triangulated with
-// its neighbours, duplicates fused, the neighbourhood bundle-adjusted, redundant keyframes culled.
+// What happens to the map when a keyframe arrives: it is added, linked to earlier ones by matching their laser sweeps,
+// recent landmarks are culled, new ones triangulated with its neighbours, duplicates fused, the neighbourhood
+// bundle-adjusted, redundant keyframes culled.
 #include <string>
 #include <vector>
 
 #include "planar_vslam/map/map.h"
 #include "planar_vslam/map/map_edit.h"
 #include "planar_vslam/optimize/bundle_adjustment.h"
+#include "planar_vslam/planar/scan_matching.h"
 
 namespace planar_vslam {
 
@@ -32,6 +34,7 @@ struct LocalMapperOptions {
 struct MapperContext {
   BundleContext bundle;
   LocalMapperOptions options;
+  ScanMatchOptions scan_match;
 };
 
 // A tracked frame to be made a keyframe. `keyframe.landmarks` holds the tracker's matches; its odometry link is made
@@ -53,6 +56,7 @@ struct CulledKeyframe {
 
 struct MappingReport {
   KeyframeId keyframe;
+  int laser_links = 0;
   int triangulated = 0;
   int fused = 0;
   int landmarks_culled = 0;

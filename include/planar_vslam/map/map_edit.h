@@ -36,7 +36,8 @@ struct EraseLandmarks {
 };
 // Its observations go; the odometry link of a later keyframe that pointed at it is re-composed across it, or
 // dropped when it has no link itself. Its laser sweeps go to the keyframe before it (the one after it, for the first),
-// where they were in the map; they are dropped with the last keyframe.
+// where they were in the map; they are dropped with the last keyframe. Laser links across it are re-composed like
+// odometry links where there is one to continue from, and dropped else.
 struct EraseKeyframe {
   KeyframeId id;
 };
@@ -49,6 +50,11 @@ struct MergeLandmarks {
 struct AddSweeps {
   KeyframeId keyframe;
   std::vector<LaserSweep> sweeps;
+};
+// Links from keyframes that do not exist or are not earlier, and second ones from the same keyframe, are passed over.
+struct AddLaserLinks {
+  KeyframeId keyframe;
+  std::vector<OdometryLink> links;
 };
 struct SetKeyframePose {
   KeyframeId id;
@@ -74,8 +80,8 @@ struct SetMetric {
 };
 
 using MapEditStep = std::variant<AddKeyframe, AddLandmark, AddObservation, EraseObservation, EraseLandmarks,
-                                 EraseKeyframe, MergeLandmarks, AddSweeps, SetKeyframePose, SetLandmarkPosition,
-                                 CountSightings, TransformMap, SetMetric>;
+                                 EraseKeyframe, MergeLandmarks, AddSweeps, AddLaserLinks, SetKeyframePose,
+                                 SetLandmarkPosition, CountSightings, TransformMap, SetMetric>;
 using MapEdit = std::vector<MapEditStep>;
 
 // Steps naming ids that no longer exist are passed over (the map may have moved on since the edit was made), except

@@ -44,6 +44,7 @@ struct PipelineOptions {
   OdometryNoise odometry_noise;
   PlanarPriorOptions planar;
   ScaleOptions scale;
+  ScanMatchOptions scan_match;
   MapBuilderOptions mapping2d;
   TopicOptions topics;
   bool final_bundle_adjustment = true;

@@ -16,6 +16,9 @@ class SweepCollector {
  public:
   // `frame`: index of the packet's frame in the recorded trajectory.
   void Add(const FramePacket& packet, std::size_t frame);
+  // The last waiting sweep, in the base at `T_odom_base`, if it was taken at most 0.3 s before `stamp`: the own one of
+  // a keyframe made there, placed by odometry alone. It waits no more.
+  std::optional<LaserSweep> TakeLatest(const Rigid2& T_odom_base, Timestamp stamp);
   // What waits, one edit a keyframe; nothing while the map is not metric.
   std::vector<AddSweeps> Take(const Map& map, const TrajectoryRecorder& trajectory);
 
@@ -24,6 +27,7 @@ class SweepCollector {
     std::shared_ptr<const PlanarScan> scan;
     Rigid3 T_base_laser;
     Rigid2 T_frame_base;
+    Rigid2 T_odom_base;
     std::size_t frame = 0;
   };
   bool IsNew(const Rigid2& T_odom_base);

@@ -1,0 +1,52 @@
+#pragma once
+// Motion of the base between two laser sweeps: point-to-line ICP (Censi, 2008, with a robust kernel in place of its
+// trimming). For current points q_k, and the reference surface (point s, unit normal n) nearest to T q_k:
+//   e_k = n^T (T q_k - s),   T <- T Exp(d):  de_k/dd = n^T R [ I, J q_k ],  J = [0 -1; 1 0]
+// minimised with Tukey weights. Covariance of a right perturbation [x, y, angle] at the result:
+//   C = kCorrelated * sigma^2 (sum w_k g_k g_k^T)^-1,  g_k = de_k/dd,  sigma the larger of the beams' and the
+//   residuals';
+// directions no surface faces (a bare corridor's) come out as uncertain as they are.
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "planar_vslam/geometry/rigid2.h"
+#include "planar_vslam/geometry/rigid3.h"
+#include "planar_vslam/sensor/measurements.h"
+
+namespace planar_vslam {
+
+struct ScanMatchOptions {
+  bool enabled = true;         // laser sweeps, where there are any, measure the motion between keyframes
+  double range_sigma = 0.015;  // m, of one range
+  double max_offset = 0.30;    // m, that a surface may seem off under the initial guess
+  double min_share = 0.60;     // of the points that have to lie on surfaces of the reference
+  int min_points = 60;         // of a sweep that can be matched
+
+  std::vector<std::string> Problems() const;
+};
+
+// A sweep as matching wants it: the points it hit, in the frame asked for, and the surfaces they lie on.
+struct ScanSurface {
+  Eigen::Vector2d point = Eigen::Vector2d::Zero();   // mean of the neighbourhood
+  Eigen::Vector2d normal = Eigen::Vector2d::Zero();  // unit length; zero where the neighbourhood is no line
+};
+struct PreparedScan {
+  std::vector<Eigen::Vector2d> points;  // in the order of the beams
+  std::vector<ScanSurface> surfaces;    // one a point
+};
+// Points of the returns, in the frame `T_frame_laser` leads to, projected onto its x-y plane.
+PreparedScan PrepareScan(const PlanarScan& scan, const Rigid3& T_frame_laser, const ScanMatchOptions& options);
+
+struct ScanMatch {
+  Rigid2 T_reference_current;
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();  // of a right perturbation [x, y, angle]
+  double share = 0.0;                                        // of the current points that lie on reference surfaces
+  double rms = 0.0;                                          // m, of those points
+};
+// Nothing where the sweeps are too small, overlap too little or do not settle.
+std::optional<ScanMatch> MatchScans(const PreparedScan& reference, const PreparedScan& current, const Rigid2& guess,
+                                    const ScanMatchOptions& options);
+
+}  // namespace planar_vslam

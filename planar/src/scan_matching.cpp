@@ -1,0 +1,189 @@
+#include "planar_vslam/planar/scan_matching.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "option_problems.h"
+
+namespace planar_vslam {
+namespace {
+
+constexpr double kSurfaceRadius = 0.20;  // m around a point that tell its surface's direction
+constexpr int kSurfaceReach = 12;        // beams to either side, at most
+constexpr int kMinNeighbors = 4;         // points of a surface
+// Neighbouring points share their neighbourhoods, and beams a surface's unevenness: about so many count as one.
+constexpr double kCorrelated = 6.0;
+
+// The points next to `i` in beam order that lie within kSurfaceRadius, without a jump in between.
+std::pair<std::size_t, std::size_t> Neighborhood(const std::vector<Eigen::Vector2d>& points, std::size_t i) {
+  const auto reaches = [&](std::size_t a, std::size_t b) {
+    return (points[b] - points[i]).norm() <= kSurfaceRadius && (points[b] - points[a]).norm() <= 0.5 * kSurfaceRadius;
+  };
+  std::size_t first = i, last = i;
+  while (first > 0 && i - first < kSurfaceReach && reaches(first, first - 1)) --first;
+  while (last + 1 < points.size() && last - i < kSurfaceReach && reaches(last, last + 1)) ++last;
+  return {first, last};
+}
+
+ScanSurface SurfaceAt(const std::vector<Eigen::Vector2d>& points, std::size_t i, double sigma) {
+  const auto [first, last] = Neighborhood(points, i);
+  const auto count = static_cast<double>(last - first + 1);
+  ScanSurface surface{points[i], Eigen::Vector2d::Zero()};
+  if (count < kMinNeighbors) return surface;
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  for (std::size_t k = first; k <= last; ++k) mean += points[k];
+  mean /= count;
+  Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
+  for (std::size_t k = first; k <= last; ++k) spread += (points[k] - mean) * (points[k] - mean).transpose();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(spread / count);
+  constexpr double kFlat = 1.5;  // sigmas across a surface that is a line
+  constexpr double kLong = 3.0;  // times as long as thick
+  const double across = std::sqrt(std::max(0.0, eigen.eigenvalues()(0)));
+  const double along = std::sqrt(std::max(0.0, eigen.eigenvalues()(1)));
+  if (across > kFlat * sigma || along < kLong * std::max(across, 0.25 * sigma)) return surface;
+  return {mean, eigen.eigenvectors().col(0)};
+}
+
+// Reference points in square buckets, for the nearest one within a bucket's size.
+class PointGrid {
+ public:
+  PointGrid(const PreparedScan& scan, double cell) : scan_(scan), cell_(cell) {
+    for (std::size_t i = 0; i < scan.points.size(); ++i) entries_.emplace_back(CellOf(scan.points[i]), i);
+    std::sort(entries_.begin(), entries_.end());
+  }
+  // Index of the nearest point within `radius` <= cell; -1 where there is none.
+  int Nearest(const Eigen::Vector2d& p, double radius) const {
+    const auto [x, y] = CellOf(p);
+    int nearest = -1;
+    double best = radius * radius;
+    for (int column = x - 1; column <= x + 1; ++column) {
+      const Entry from{{column, y - 1}, 0}, to{{column, y + 1}, std::numeric_limits<std::size_t>::max()};
+      for (auto e = std::lower_bound(entries_.begin(), entries_.end(), from); e != entries_.end() && *e <= to; ++e) {
+        const double distance = (scan_.points[e->second] - p).squaredNorm();
+        if (distance > best || (distance == best && nearest >= 0)) continue;
+        best = distance;
+        nearest = static_cast<int>(e->second);
+      }
+    }
+    return nearest;
+  }
+
+ private:
+  using Cell = std::pair<int, int>;
+  using Entry = std::pair<Cell, std::size_t>;
+  Cell CellOf(const Eigen::Vector2d& p) const {
+    return {static_cast<int>(std::floor(p.x() / cell_)), static_cast<int>(std::floor(p.y() / cell_))};
+  }
+  const PreparedScan& scan_;
+  double cell_;
+  std::vector<Entry> entries_;
+};
+
+// One Gauss-Newton step's sums, over the points within `radius` of a reference surface.
+struct Normal {
+  Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d b = Eigen::Vector3d::Zero();
+  double squares = 0.0, weights = 0.0;
+  int on_surface = 0, considered = 0;
+};
+
+Normal Linearize(const PreparedScan& reference, const PointGrid& grid, const PreparedScan& current, const Rigid2& T,
+                 double radius, double tukey) {
+  Normal sum;
+  const Eigen::Matrix2d R = T.R();
+  for (std::size_t k = 0; k < current.points.size(); ++k) {
+    if (current.surfaces[k].normal.isZero()) continue;  // a leg or an edge: its place on a surface is not known
+    ++sum.considered;
+    const Eigen::Vector2d& q = current.points[k];
+    const Eigen::Vector2d p = T.translation + R * q;
+    const int nearest = grid.Nearest(p, radius);
+    if (nearest < 0) continue;
+    const ScanSurface& surface = reference.surfaces[static_cast<std::size_t>(nearest)];
+    constexpr double kSameSide = 0.5;  // cosine between the two normals, whichever way they point
+    if (surface.normal.isZero() || std::abs(surface.normal.dot(R * current.surfaces[k].normal)) < kSameSide) continue;
+    const double e = surface.normal.dot(p - surface.point);
+    if (std::abs(e) >= tukey) continue;
+    const double weight = std::pow(1.0 - (e / tukey) * (e / tukey), 2);
+    const Eigen::Vector2d n_current = R.transpose() * surface.normal;
+    const Eigen::Vector3d g(n_current.x(), n_current.y(), n_current.dot(Eigen::Vector2d(-q.y(), q.x())));
+    sum.H += weight * g * g.transpose();
+    sum.b += weight * e * g;
+    sum.squares += weight * e * e;
+    sum.weights += weight;
+    ++sum.on_surface;
+  }
+  return sum;
+}
+
+}  // namespace
+
+std::vector<std::string> ScanMatchOptions::Problems() const {
+  std::vector<std::string> problems;
+  internal::ExpectPositive("range_sigma", range_sigma, &problems);
+  internal::ExpectPositive("max_offset", max_offset, &problems);
+  if (!(min_share > 0.0 && min_share < 1.0)) problems.emplace_back("min_share must lie between 0 and 1");
+  if (min_points < 10) problems.emplace_back("min_points must be at least 10");
+  return problems;
+}
+
+PreparedScan PrepareScan(const PlanarScan& scan, const Rigid3& T_frame_laser, const ScanMatchOptions& options) {
+  PreparedScan prepared;
+  for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
+    const double range = scan.ranges[i];
+    if (!(range >= scan.range_min && range < scan.range_max)) continue;
+    const double angle = scan.angle_min + static_cast<double>(i) * scan.angle_increment;
+    const Eigen::Vector3d p = T_frame_laser * Eigen::Vector3d(range * std::cos(angle), range * std::sin(angle), 0.0);
+    prepared.points.emplace_back(p.head<2>());
+  }
+  prepared.surfaces.reserve(prepared.points.size());
+  for (std::size_t i = 0; i < prepared.points.size(); ++i) {
+    prepared.surfaces.push_back(SurfaceAt(prepared.points, i, options.range_sigma));
+  }
+  return prepared;
+}
+
+std::optional<ScanMatch> MatchScans(const PreparedScan& reference, const PreparedScan& current, const Rigid2& guess,
+                                    const ScanMatchOptions& options) {
+  const auto enough = static_cast<std::size_t>(options.min_points);
+  if (reference.points.size() < enough || current.points.size() < enough) return std::nullopt;
+  constexpr int kIterations = 40;
+  constexpr double kConverged = 0.03;  // of a standard deviation: directions nothing faces never quite settle
+  constexpr double kShrink = 0.7;      // of the search radius, per iteration
+  constexpr double kNear = 5.0;        // sigmas of a range within which a point counts as on a surface
+  const PointGrid grid(reference, options.max_offset);
+  const double near = kNear * options.range_sigma;
+  // Points between the reference's beams are up to half their spacing away along the surface.
+  const double least_radius = std::max(near, 0.5 * kSurfaceRadius);
+  double reach = options.max_offset;
+  Rigid2 T = guess;
+  Normal sum;
+  bool converged = false;
+  for (int i = 0; i < kIterations && !converged; ++i) {
+    const bool last_radius = reach <= near;
+    sum = Linearize(reference, grid, current, T, std::min(options.max_offset, std::max(reach, least_radius)),
+                    std::max(reach, near));
+    if (sum.on_surface < options.min_points / 2) return std::nullopt;
+    // Damping keeps directions that nothing faces where the guess had them.
+    const double damping = 1e-6 * sum.H.trace();
+    const Eigen::Vector3d step = -(sum.H + damping * Eigen::Matrix3d::Identity()).ldlt().solve(sum.b);
+    T = T * ExpSe2(step);
+    const double settled = kConverged * options.range_sigma;
+    converged = last_radius && step.dot(sum.H * step) < settled * settled;
+    reach *= kShrink;
+  }
+  ScanMatch match;
+  match.T_reference_current = T;
+  match.share = static_cast<double>(sum.on_surface) / std::max(1, sum.considered);
+  match.rms = std::sqrt(sum.squares / std::max(sum.weights, 1e-12));
+  if (!converged || match.share < options.min_share || sum.on_surface < options.min_points / 2) return std::nullopt;
+  const double sigma = std::max(options.range_sigma, match.rms);
+  constexpr double kLeastInformation = 1e-6;  // of points: keeps a direction that nothing faces finite
+  match.covariance = kCorrelated * sigma * sigma * (sum.H + kLeastInformation * Eigen::Matrix3d::Identity()).inverse();
+  return match;
+}
+
+}  // namespace planar_vslam

@@ -1,0 +1,70 @@
+#include <algorithm>
+#include <cmath>
+
+#include "stages.h"
+
+namespace planar_vslam {
+namespace {
+
+PreparedScan OwnSweep(const Keyframe& keyframe, const ScanMatchOptions& options) {
+  const LaserSweep& sweep = keyframe.sweeps.front();
+  return PrepareScan(*sweep.scan, Embed3(sweep.T_keyframe_base) * sweep.T_base_laser, options);
+}
+
+// The latest earlier keyframe with a sweep, and the oldest one near enough to have seen the same surfaces: it keeps
+// errors from adding up, and closes small loops.
+std::vector<KeyframeId> LaserReferences(const Map& map, KeyframeId newest) {
+  constexpr double kNear = 1.0;  // m
+  constexpr double kNearAngle = DegreesToRadians(60.0);
+  const Rigid2 T_newest_map = ProjectToPlane(map.keyframes.At(newest).T_map_base).Inverse();
+  std::vector<KeyframeId> references;
+  for (const auto& [id, keyframe] : map.keyframes) {
+    if (keyframe.sweeps.empty() || !(id < newest)) continue;
+    const Rigid2 T_newest_other = T_newest_map * ProjectToPlane(keyframe.T_map_base);
+    if (T_newest_other.translation.norm() < kNear && std::abs(T_newest_other.angle) < kNearAngle) {
+      references.push_back(id);
+      break;
+    }
+  }
+  for (auto it = map.keyframes.end(); it != map.keyframes.begin();) {
+    const auto& [id, keyframe] = *--it;
+    if (keyframe.sweeps.empty() || !(id < newest)) continue;
+    if (references.empty() || references.front() != id) references.push_back(id);
+    break;
+  }
+  return references;
+}
+
+OdometryLink ToLink(KeyframeId from, const ScanMatch& match, double seconds) {
+  Eigen::Matrix3d B = Eigen::Matrix3d::Identity();  // right perturbation at the current base -> frame of the reference
+  B.topLeftCorner<2, 2>() = match.T_reference_current.R();
+  PreintegratedOdometry motion;
+  motion.T_i_j = match.T_reference_current;
+  motion.covariance = B * match.covariance * B.transpose();
+  motion.distance = match.T_reference_current.translation.norm();
+  motion.turn = std::abs(match.T_reference_current.angle);
+  motion.seconds = seconds;
+  return {from, motion};
+}
+
+}  // namespace
+
+MapEdit LinkByLaser(const Map& map, KeyframeId newest, const ScanMatchOptions& options) {
+  const Keyframe& current = map.keyframes.At(newest);
+  if (!options.enabled || !map.metric || current.sweeps.empty()) return {};
+  constexpr double kLargestTurn = DegreesToRadians(8.0);  // beyond what surfaces seen from two places settle on
+  const PreparedScan prepared = OwnSweep(current, options);
+  AddLaserLinks step{newest, {}};
+  for (const KeyframeId id : LaserReferences(map, newest)) {
+    const Keyframe& reference = map.keyframes.At(id);
+    const Rigid2 guess = ProjectToPlane(reference.T_map_base).Inverse() * ProjectToPlane(current.T_map_base);
+    const std::optional<ScanMatch> match = MatchScans(OwnSweep(reference, options), prepared, guess, options);
+    if (!match.has_value()) continue;
+    const Rigid2 correction = guess.Inverse() * match->T_reference_current;
+    if (correction.translation.norm() > options.max_offset || std::abs(correction.angle) > kLargestTurn) continue;
+    step.links.push_back(ToLink(id, *match, SecondsBetween(reference.stamp, current.stamp)));
+  }
+  return {step};
+}
+
+}  // namespace planar_vslam
