@@ -74,7 +74,7 @@ Expected<bool> WritePly(const std::vector<CloudPoint>& cloud, const std::filesys
 std::vector<int> RadiusInliers(const std::vector<Eigen::Vector3d>& points, double radius, int min_neighbors) {
   PV_CHECK(radius > 0.0 && min_neighbors >= 0, "radius=" << radius << " min_neighbors=" << min_neighbors);
   if (points.empty()) return {};
-  auto cloud = pcl::PointCloud<pcl::PointXYZ>::Ptr(new pcl::PointCloud<pcl::PointXYZ>);
+  auto cloud = pcl::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
   cloud->reserve(points.size());
   for (const Eigen::Vector3d& p : points) {
     const Eigen::Vector3f f = p.cast<float>();

@@ -36,8 +36,9 @@ cv::Mat ProbeDescriptors(int contrast) {
   }
   cv::Mat descriptors;
   cv::ORB::create()->compute(image, keypoints, descriptors);
-  PV_CHECK(descriptors.rows == kProbeSide * kProbeSide && descriptors.cols == BriefPattern::kPairs / 8,
-           "rows=" << descriptors.rows << " cols=" << descriptors.cols);
+  PV_CHECK(
+      descriptors.rows == kProbeSide * kProbeSide && descriptors.cols == static_cast<int>(BriefPattern::kPairs / 8),
+      "rows=" << descriptors.rows << " cols=" << descriptors.cols);
   return descriptors;
 }
 

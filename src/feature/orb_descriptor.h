@@ -32,7 +32,7 @@ class PatchOrientation {
 // with one dark or bright pixel at a known offset from a keypoint flips exactly the bits that look there.
 class BriefPattern {
  public:
-  static constexpr int kPairs = 256;
+  static constexpr std::size_t kPairs = 256;
   BriefPattern();
   // Rotates the pattern by `angle` rad and compares the pixels of `blurred` around (x, y).
   Descriptor Describe(const cv::Mat& blurred, int x, int y, float angle) const;

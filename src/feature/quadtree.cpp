@@ -36,8 +36,9 @@ void Quadtree::MakeRoots(const std::vector<Corner>& corners, const cv::Rect& are
   Node root{0.0F, 0.0F, w / static_cast<float>(columns), h / static_cast<float>(rows), 0, 0};
   const int end = static_cast<int>(corners.size());
   for (int i = 0; i < columns * rows; ++i) {
-    root.x = static_cast<float>(area.x) + static_cast<float>(i % columns) * root.width;
-    root.y = static_cast<float>(area.y) + static_cast<float>(i / columns) * root.height;
+    const int column = i % columns, row = i / columns;
+    root.x = static_cast<float>(area.x) + static_cast<float>(column) * root.width;
+    root.y = static_cast<float>(area.y) + static_cast<float>(row) * root.height;
     const bool is_last = i + 1 == columns * rows;
     root.end = is_last ? end : Partition(root.begin, end, [&](int index) {
       const Corner& corner = corners[static_cast<std::size_t>(index)];

@@ -119,8 +119,8 @@ InitializerReport Initializer::TryVisual(const InitializerInput& input) {
   std::vector<Eigen::Vector2d> pixels1, pixels2;
   std::vector<std::pair<int, int>> pairs;
   for (const FeatureMatch& m : matches) {
-    pixels1.push_back(first_->features->keypoints[static_cast<std::size_t>(m.first)].pixel.cast<double>());
-    pixels2.push_back(input.features->keypoints[static_cast<std::size_t>(m.second)].pixel.cast<double>());
+    pixels1.emplace_back(first_->features->keypoints[static_cast<std::size_t>(m.first)].pixel.cast<double>());
+    pixels2.emplace_back(input.features->keypoints[static_cast<std::size_t>(m.second)].pixel.cast<double>());
     pairs.emplace_back(m.first, m.second);
   }
   TwoViewOptions two_view;
@@ -179,7 +179,7 @@ InitializerReport Initializer::Finish(const InitializerInput& input, const Rigid
     landmark.p_map = k1.T_map_camera() * *points[i];
     landmark.observations = {{id1, static_cast<std::uint32_t>(i1)}, {id2, static_cast<std::uint32_t>(i2)}};
     landmark.created_by = id2;
-    edit.emplace_back(AddLandmark{LandmarkId{next++}, landmark});
+    edit.push_back(AddLandmark{LandmarkId{next++}, landmark});
   }
   if (static_cast<int>(next) < options_.min_points) {
     return {std::nullopt, "more points that fit the motion"};

@@ -9,8 +9,8 @@ namespace planar_vslam {
 
 std::vector<Rigid3> MotionsFromHomography(const Eigen::Matrix3d& H) {
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(H, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Eigen::Matrix3d U = svd.matrixU();
-  const Eigen::Matrix3d V = svd.matrixV();
+  const Eigen::Matrix3d& U = svd.matrixU();
+  const Eigen::Matrix3d& V = svd.matrixV();
   const double d1 = svd.singularValues()(0);
   const double d2 = svd.singularValues()(1);
   const double d3 = svd.singularValues()(2);
@@ -45,8 +45,8 @@ std::vector<Rigid3> MotionsFromHomography(const Eigen::Matrix3d& H) {
 std::vector<Rigid3> MotionsFromEssential(const Eigen::Matrix3d& E) {
   // Hartley and Zisserman result 9.19.
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(E, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Eigen::Matrix3d U = svd.matrixU();
-  const Eigen::Matrix3d V = svd.matrixV();
+  const Eigen::Matrix3d& U = svd.matrixU();
+  const Eigen::Matrix3d& V = svd.matrixV();
   Eigen::Matrix3d W;
   W << 0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0;
   const double s = U.determinant() * V.determinant();  // makes the rotations proper

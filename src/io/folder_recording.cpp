@@ -13,11 +13,8 @@ namespace fs = std::filesystem;
 
 class FolderRecording : public Recording {
  public:
-  FolderRecording(FolderContents contents, RecordingInfo info, std::unique_ptr<ScanTable> scans, SkipLog skipped)
-      : contents_(std::move(contents)),
-        info_(std::move(info)),
-        scans_(std::move(scans)),
-        skipped_(std::move(skipped)) {}
+  FolderRecording(FolderContents contents, const RecordingInfo& info, std::unique_ptr<ScanTable> scans, SkipLog skipped)
+      : contents_(std::move(contents)), info_(info), scans_(std::move(scans)), skipped_(std::move(skipped)) {}
 
   const RecordingInfo& info() const override { return info_; }
   const std::map<std::string, long>& skipped() const override { return skipped_.counts(); }
@@ -121,7 +118,7 @@ Expected<std::unique_ptr<Recording>> OpenFolderRecording(const fs::path& folder,
   info.last_image = contents->images.back().stamp;
   info.image_count = static_cast<long>(contents->images.size());
   return std::unique_ptr<Recording>(
-      std::make_unique<FolderRecording>(std::move(*contents), std::move(info), std::move(scans), std::move(skipped)));
+      std::make_unique<FolderRecording>(std::move(*contents), info, std::move(scans), std::move(skipped)));
 }
 
 }  // namespace planar_vslam::io

@@ -20,9 +20,9 @@ namespace {
 
 class SlamNode {
  public:
-  SlamNode(ros::NodeHandle node, const NodeSettings& settings)
+  SlamNode(const ros::NodeHandle& node, const NodeSettings& settings)
       : settings_(settings),
-        node_(std::move(node)),
+        node_(node),
         queue_(static_cast<std::size_t>(settings.queue_size_images), settings.lossless),
         localization_(&node_, settings),
         maps_(&node_, settings),

@@ -71,7 +71,7 @@ std::vector<std::string> CameraModel::Problems() const {
     if (!std::isfinite(value)) add(name, value, "a finite distortion coefficient");
   }
   if (problems.empty() && distorted() && !InvertibleOverImage(*this)) {
-    problems.push_back(
+    problems.emplace_back(
         "camera distortion k1 k2 p1 p2 k3 folds the image over itself before its border, "
         "expected plumb_bob coefficients of this resolution");
   }
