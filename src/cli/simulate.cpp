@@ -1,11 +1,13 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <limits>
 #include <memory>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "commands.h"
@@ -23,6 +25,7 @@ struct SimulateArguments {
   fs::path out;
   std::uint64_t seed = 1;
   double until = std::numeric_limits<double>::infinity();
+  int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
 };
 
 // Where the shipped worlds may be: installed beside the executable (lib/planar_vslam -> share/planar_vslam), else in
@@ -55,6 +58,7 @@ int Simulate(const SimulateArguments& arguments) {
   SimulationOptions options;
   options.seed = arguments.seed;
   options.until = arguments.until;
+  options.threads = arguments.threads;
   Expected<Simulation> simulation = Simulation::Create(*world, options);
   if (!simulation) return Fail(kExitBadInput, simulation.error().message);
   const Expected<DatasetCounts> counts = WriteDataset(*simulation, arguments.out);
@@ -76,6 +80,9 @@ void AddSimulate(CLI::App& app, int* exit_code) {
   command->add_option("--seed", arguments->seed, "Textures and noise; the same seed gives the same bytes")
       ->capture_default_str();
   command->add_option("--until", arguments->until, "Stop after this many seconds")->check(CLI::PositiveNumber);
+  command->add_option("--threads", arguments->threads, "That render; the bytes do not depend on it")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 256));
   command->callback([arguments, exit_code] { *exit_code = Simulate(*arguments); });
 }
 

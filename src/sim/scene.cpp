@@ -55,25 +55,6 @@ SceneImpl::~SceneImpl() {
   rtcReleaseDevice(device);
 }
 
-float SceneImpl::Grey(const Surface& surface, const Eigen::Vector3f& point, float footprint) const {
-  const Eigen::Vector3f from_corner = point - surface.corner;
-  const float u = from_corner.dot(surface.per_u), v = from_corner.dot(surface.per_v);
-  const float x = surface.texel_offset.x() + u * surface.texels.x(),
-              y = surface.texel_offset.y() + v * surface.texels.y();
-  const float grey = surface.texture->Sample(x, y, footprint * surface.texels_per_metre);
-  if (surface.glowing) return grey;
-  const int last_column = surface.light_columns - 1, last_row = surface.light_rows - 1;
-  const float column = std::clamp(u, 0.0f, 1.0f) * static_cast<float>(last_column);
-  const float row = std::clamp(v, 0.0f, 1.0f) * static_cast<float>(last_row);
-  const int c = std::min(static_cast<int>(column), last_column - 1), r = std::min(static_cast<int>(row), last_row - 1);
-  const float ac = column - static_cast<float>(c), ar = row - static_cast<float>(r);
-  const float* node = light.data() + surface.light_offset + static_cast<std::size_t>(r * surface.light_columns + c);
-  const float upper = node[0] + ac * (node[1] - node[0]);
-  node += surface.light_columns;
-  const float lower = node[0] + ac * (node[1] - node[0]);
-  return grey * (upper + ar * (lower - upper));
-}
-
 Scene::Scene(const World& world, std::uint64_t seed) : impl_(std::make_unique<SceneImpl>(world, seed)) {}
 Scene::~Scene() = default;
 Scene::Scene(Scene&&) noexcept = default;

@@ -32,9 +32,6 @@ struct SceneImpl {
   SceneImpl(const SceneImpl&) = delete;
   SceneImpl& operator=(const SceneImpl&) = delete;
 
-  // Grey level of the surface at a point, seen with a footprint of `footprint` metres.
-  float Grey(const Surface& surface, const Eigen::Vector3f& point, float footprint) const;
-
   std::deque<sim::Texture> textures;  // a deque: surfaces point into it
   std::vector<Surface> surfaces;      // solids first, then pictures; a ray's primitive is twice the index, or one more
   std::size_t solid_count = 0;

@@ -39,7 +39,7 @@ Simulation::Simulation(const World& world, const SimulationOptions& options, Dri
       drive_(std::move(drive)),
       end_(std::min(options.until, drive_.duration())),
       scene_(std::make_unique<Scene>(world, options.seed)),
-      camera_(world.camera),
+      camera_(world.camera, options.threads),
       shake_(world.camera.shake, 1.0 / world.camera.rate, options.seed),
       laser_(world.laser, options.seed),
       odometer_(world.odometry, options.seed) {}
@@ -77,8 +77,10 @@ SimulatedEvent Simulation::NextImage() {
   const Rigid3 T_world_camera = Embed3(T_world_base) * T_base_camera * T_camera_shaken;
   CameraFrame frame{{stamp, {}}, T_base_camera};
   if (options_.render) {
-    const std::uint64_t noise_seed = MixSeed(MixSeed(options_.seed, RandomStream::kImageNoise), number);
-    frame.image.image = camera_.Render(*scene_, T_world_camera, noise_seed);
+    CameraShot shot;
+    shot.T_world_camera = T_world_camera;
+    shot.noise_seed = MixSeed(MixSeed(options_.seed, RandomStream::kImageNoise), number);
+    frame.image.image = camera_.Render(*scene_, shot);
   }
   return {frame, T_world_base, T_world_camera};
 }

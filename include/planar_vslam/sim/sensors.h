@@ -26,20 +26,47 @@ struct RayTable {
   }
 };
 
+// How the shutter was set.
+struct Exposure {
+  double factor = 1.0;      // on the grey levels; 0 for a covered lens
+  double time = 0.0;        // s it is open: what moves meanwhile blurs
+  double noise_gain = 1.0;  // on the noise's deviation
+};
+
+// Where and how a picture is taken.
+struct CameraShot {
+  Rigid3 T_world_camera;                 // optical frame, in the middle of the exposure of the middle row
+  Vector6d velocity = Vector6d::Zero();  // of the camera along its own axes, m/s and rad/s
+  std::uint64_t noise_seed = 0;          // one seed, one picture
+  Exposure exposure;
+};
+
 class CameraSensor {
  public:
-  // Needs spec.model.Problems().empty().
-  explicit CameraSensor(const CameraSpec& spec);
+  // Needs spec.model.Problems().empty(). The threads do not change the pictures.
+  explicit CameraSensor(const CameraSpec& spec, int threads = 1);
 
-  // The picture from T_world_camera (optical frame); one noise seed, one picture.
-  GrayImage Render(const Scene& scene, const Rigid3& T_world_camera, std::uint64_t noise_seed) const;
+  GrayImage Render(const Scene& scene, const CameraShot& shot) const;
 
  private:
-  std::vector<std::uint8_t> Develop(const std::vector<float>& grey, std::uint64_t noise_seed) const;
+  void Develop(const float* grey, std::size_t first, const CameraShot& shot, std::uint8_t* pixels) const;
 
   CameraSpec spec_;
+  int threads_;
   RayTable rays_;
   std::vector<float> normals_;  // standard normal deviates that the noise draws from
+};
+
+// The shutter: fixed, or following the mean grey level of the pictures it made.
+class ExposureControl {
+ public:
+  explicit ExposureControl(const CameraSpec& spec);
+  Exposure Next() const;
+  void Observe(const GrayImage& image);
+
+ private:
+  CameraSpec spec_;
+  double factor_;
 };
 
 class LaserSensor {

@@ -26,6 +26,7 @@ Timestamp StampOf(const SimulatedEvent& event);
 struct SimulationOptions {
   std::uint64_t seed = 1;                                  // same world, same seed: same bytes
   double until = std::numeric_limits<double>::infinity();  // s, end of the simulation
+  int threads = 1;                                         // that render; any number gives the same bytes
   bool render = true;                                      // false: camera frames carry empty images
 };
 

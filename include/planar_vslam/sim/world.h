@@ -89,7 +89,14 @@ struct CameraSpec {
   double tilt_down = 0.06;                     // rad, optical axis below the horizon
   double shake = 0.0;                          // rad, standard deviation of the mount about each axis
   double noise = 0.0;                          // grey levels, standard deviation at mid grey
-  double exposure = 1.0;                       // factor on the grey levels
+  double exposure = 1.0;                       // factor on the grey levels, of the first image if it adjusts itself
+  bool auto_exposure = false;                  // follows the light
+  double exposure_target = 115.0;              // mean grey level the automatic looks for
+  double exposure_response = 0.4;              // s, after which the automatic is down to 1 / e of what it was off
+  double exposure_time = 0.0;                  // s the shutter is open at factor 1; 0: nothing blurs
+  double longest_exposure = 0.033;             // s, beyond which darkness is amplified instead
+  double rolling_shutter = 0.0;                // s from the first row to the last; 0: all at once
+  double time_offset = 0.0;                    // s its stamps are ahead of the odometry's clock
 
   Rigid3 T_base_camera() const;
 };
