@@ -46,12 +46,22 @@ class Eye {
   void Trace(const RayBatch& rays, int first, int count, Sight* sight);
   // The rays of the given numbers, which meet the same surface.
   void SeeSurface(const RayBatch& rays, const int* numbers, int count, Sight* sight);
+  // Adds what a glossy surface mirrors.
+  void SeeMirrored(const RayBatch& rays, const int* numbers, int count, Sight* sight);
+
+  // An eye behind a mirror.
+  Eye(const SceneImpl& scene, const Viewpoint& viewpoint, float pixel_angle, float roughness);
 
   const SceneImpl& scene_;
   Viewpoint viewpoint_;
   float pixel_angle_;  // rad
   std::uint32_t view_of_ = kNothing;
   SurfaceView view_{};  // of surface view_of_
+  std::uint32_t mirror_of_ = kNothing;
+  std::unique_ptr<Eye> mirror_;              // behind surface mirror_of_
+  bool mirrored_ = false;                    // this eye looks out of a mirror ...
+  float roughness_ = 0.0f;                   // ... that blurs by so many rad ...
+  float mirrored_at_[RayBatch::kMost] = {};  // ... and that its rays come out of after so many metres
   RTCIntersectContext context_;
   alignas(64) int valid_[kLanes] = {};
   alignas(64) RTCRayHit16 query_{};

@@ -126,7 +126,7 @@ PV_SIM_INLINE void ShadeLanes(const SurfaceView& view, const float* light, const
   MeetPlane(view, rays, &slant, &distance, &u, &v);
   FindDetail(*view.surface, width, slant, distance, &detail);
   SampleTexture(*view.surface, u, v, detail, &grey);
-  if (!view.surface->glowing) Light(*view.surface, light, u, v, &grey);
+  Light(*view.surface, light, u, v, &grey);
   std::copy_n(grey.at, kLanes, result->grey);
   std::copy_n(distance.at, kLanes, result->distance);
 }

@@ -80,20 +80,26 @@ class LaserSensor {
   std::mt19937_64 generator_;
 };
 
-// Dead reckoning with scale errors and noise; starts at the identity.
+// Dead reckoning with scale errors and noise; starts at the identity. Wheels roll along the floor: on a slope they
+// measure its length, in the robot's own plane.
 class WheelOdometer {
  public:
   WheelOdometer(const OdometrySpec& spec, std::uint64_t seed);
-  // The first call anchors the odometry frame.
-  OdometryReading Update(Timestamp stamp, const Rigid2& T_world_base);
+  // The first call anchors the odometry frame. `slip` is the factor between what wheels and robot do.
+  OdometryReading Update(Timestamp stamp, const Rigid3& T_world_base, double slip = 1.0);
+  // The robot is somewhere else without its wheels having turned.
+  void Carry(const Rigid3& T_world_base) { T_world_base_ = T_world_base; }
 
  private:
   OdometrySpec spec_;
   std::mt19937_64 generator_;
   bool anchored_ = false;
-  Rigid2 T_world_base_;  // at the last call
+  Rigid3 T_world_base_;  // at the last call
   Rigid2 T_odom_base_;   // measured, at the last call
 };
+
+// Slips at random times within `duration` seconds, in the order of time.
+std::vector<SlipSpec> DrawSlips(const RandomSlipSpec& spec, double duration, std::uint64_t seed);
 
 // Wobble of the camera's mount: independent, exponentially forgetting rotations about the camera's axes.
 class MountShake {
