@@ -1,16 +1,19 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <limits>
 #include <memory>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "commands.h"
 #include "planar_vslam/sim/dataset_writer.h"
 #include "planar_vslam/sim/simulation.h"
+#include "planar_vslam/sim/variants.h"
 #include "planar_vslam/sim/world.h"
 
 namespace planar_vslam {
@@ -21,8 +24,11 @@ namespace fs = std::filesystem;
 struct SimulateArguments {
   std::string world;
   fs::path out;
+  std::string drive = "mapping";
+  std::vector<std::string> variants;
   std::uint64_t seed = 1;
   double until = std::numeric_limits<double>::infinity();
+  int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
 };
 
 // Where the shipped worlds may be: installed beside the executable (lib/planar_vslam -> share/planar_vslam), else in
@@ -50,11 +56,14 @@ Expected<fs::path> FindWorld(const std::string& world) {
 int Simulate(const SimulateArguments& arguments) {
   const Expected<fs::path> path = FindWorld(arguments.world);
   if (!path) return Fail(kExitBadInput, path.error().message);
-  const Expected<World> world = LoadWorld(*path);
+  Expected<World> world = LoadWorld(*path);
+  if (world) world = ChooseDrive(*world, arguments.drive);
+  if (world) world = ApplyVariants(*world, arguments.variants, arguments.seed);
   if (!world) return Fail(kExitBadInput, world.error().message);
   SimulationOptions options;
   options.seed = arguments.seed;
   options.until = arguments.until;
+  options.threads = arguments.threads;
   Expected<Simulation> simulation = Simulation::Create(*world, options);
   if (!simulation) return Fail(kExitBadInput, simulation.error().message);
   const Expected<DatasetCounts> counts = WriteDataset(*simulation, arguments.out);
@@ -73,9 +82,17 @@ void AddSimulate(CLI::App& app, int* exit_code) {
   command->add_option("world", arguments->world, "World file (YAML), or the name of a shipped world, like sample_lab")
       ->required();
   command->add_option("--out", arguments->out, "Folder for the recording; its files are replaced")->required();
+  command->add_option("--drive", arguments->drive, "mapping, or repeat: the world's second way")->capture_default_str();
+  command
+      ->add_option("--variant", arguments->variants,
+                   "What is different from the file, any number of times:\n" + VariantHelp())
+      ->allow_extra_args(false);
   command->add_option("--seed", arguments->seed, "Textures and noise; the same seed gives the same bytes")
       ->capture_default_str();
   command->add_option("--until", arguments->until, "Stop after this many seconds")->check(CLI::PositiveNumber);
+  command->add_option("--threads", arguments->threads, "That render; the bytes do not depend on it")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 256));
   command->callback([arguments, exit_code] { *exit_code = Simulate(*arguments); });
 }
 

@@ -35,7 +35,7 @@ class Writer {
     const std::string name = fmt::format("images/{:06d}.jpg", counts_.images++);
     const std::string stamp = Stamp(frame.image.stamp);
     images_ << stamp << ',' << name << '\n';
-    base_truth_ << stamp << ' ' << Pose(Embed3(event_->T_world_base)) << '\n';
+    base_truth_ << stamp << ' ' << Pose(event_->T_world_base) << '\n';
     camera_truth_ << stamp << ' ' << Pose(event_->T_world_camera) << '\n';
     const GrayImage& image = frame.image.image;
     if (!image.empty()) WriteJpeg(image, folder_ / name);

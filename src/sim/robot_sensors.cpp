@@ -16,9 +16,12 @@ PlanarScan LaserSensor::Scan(const Scene& scene, Timestamp stamp, const Rigid3& 
   std::normal_distribution<double> normal;
   for (int beam = 0; beam < spec_.beams; ++beam) {
     const double angle = scan.angle_min + beam * scan.angle_increment;
+    // The draw is made for silent beams, too: a beam's noise does not depend on what the others meet.
+    const double noise = spec_.noise * normal(generator_);
     const Eigen::Vector3d direction = T_world_laser.rotation * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0.0);
-    const double range = scene.Range(T_world_laser.translation, direction, spec_.range_max);
-    const double measured = range + spec_.noise * normal(generator_);
+    const double range = spec_.Looks(angle) ? scene.Range(T_world_laser.translation, direction, spec_.range_max)
+                                            : std::numeric_limits<double>::infinity();
+    const double measured = range + noise;
     const bool seen = measured < spec_.range_max;
     scan.ranges.push_back(seen ? static_cast<float>(std::max(measured, kRangeMin))
                                : std::numeric_limits<float>::infinity());
@@ -29,9 +32,10 @@ PlanarScan LaserSensor::Scan(const Scene& scene, Timestamp stamp, const Rigid3& 
 WheelOdometer::WheelOdometer(const OdometrySpec& spec, std::uint64_t seed)
     : spec_(spec), generator_(MixSeed(seed, RandomStream::kOdometry)) {}
 
-OdometryReading WheelOdometer::Update(Timestamp stamp, const Rigid2& T_world_base) {
+OdometryReading WheelOdometer::Update(Timestamp stamp, const Rigid3& T_world_base, double slip) {
   if (anchored_) {
-    const Eigen::Vector3d twist = LogSe2(T_world_base_.Inverse() * T_world_base);
+    const Vector6d moved = slip * LogSe3(T_world_base_.Inverse() * T_world_base);
+    const Eigen::Vector3d twist(moved[0], moved[1], moved[5]);
     const double distance = twist.head<2>().norm(), rotation = std::abs(twist.z());
     std::normal_distribution<double> normal;
     const double translation_noise = spec_.translation_noise * std::sqrt(distance);
@@ -44,6 +48,21 @@ OdometryReading WheelOdometer::Update(Timestamp stamp, const Rigid2& T_world_bas
   anchored_ = true;
   T_world_base_ = T_world_base;
   return {stamp, T_odom_base_};
+}
+
+std::vector<SlipSpec> DrawSlips(const RandomSlipSpec& spec, double duration, std::uint64_t seed) {
+  std::vector<SlipSpec> slips;
+  if (spec.rate == 0.0) return slips;
+  std::mt19937_64 generator(MixSeed(seed, RandomStream::kSlips));
+  std::exponential_distribution<double> pause(spec.rate / 60.0);
+  std::uniform_real_distribution<double> share(0.0, 1.0);
+  const auto within = [&](const Eigen::Vector2d& range) { return range[0] + share(generator) * (range[1] - range[0]); };
+  for (double at = pause(generator); at < duration; at += slips.back().duration + pause(generator)) {
+    const double lasts = within(spec.duration);
+    const bool spins = share(generator) < 0.5;
+    slips.push_back({at, lasts, within(spins ? spec.spinning : spec.skidding)});
+  }
+  return slips;
 }
 
 MountShake::MountShake(double standard_deviation, double interval, std::uint64_t seed)

@@ -10,26 +10,42 @@
 namespace planar_vslam {
 namespace {
 
-// A committed scene of the surfaces [0, count), two triangles each: primitive i belongs to surface i / 2. (Triangles
-// are a fifth faster than Embree's quadrilaterals.)
-RTCScene MakeRayScene(RTCDevice device, const std::vector<Surface>& surfaces, std::size_t count, RTCSceneFlags flags) {
+void WriteCorners(const std::vector<Surface>& surfaces, std::size_t first, std::size_t count, float* vertices) {
+  for (std::size_t i = first; i < first + count; ++i) {
+    for (const Eigen::Vector3f& corner : surfaces[i].corners)
+      vertices = std::copy(corner.begin(), corner.end(), vertices);
+  }
+}
+
+// The surfaces [first, first + count), two triangles each: primitive i belongs to surface first + i / 2. (Triangles are
+// a fifth faster than Embree's quadrilaterals.)
+RTCGeometry MakeFaces(RTCDevice device, const std::vector<Surface>& surfaces, std::size_t first, std::size_t count) {
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
   auto* vertices = static_cast<float*>(
       rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), 4 * count));
   auto* indices = static_cast<unsigned*>(
       rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), 2 * count));
+  WriteCorners(surfaces, first, count, vertices);
   for (std::size_t i = 0; i < count; ++i) {
-    for (const Eigen::Vector3f& corner : surfaces[i].corners)
-      vertices = std::copy(corner.begin(), corner.end(), vertices);
-    const auto first = static_cast<unsigned>(4 * i);
-    for (const unsigned corner : {0u, 1u, 2u, 0u, 2u, 3u}) *indices++ = first + corner;
+    for (const unsigned corner : {0u, 1u, 2u, 0u, 2u, 3u}) *indices++ = static_cast<unsigned>(4 * i) + corner;
   }
   rtcCommitGeometry(geometry);
+  return geometry;
+}
+
+RTCScene MakeRayScene(RTCDevice device, RTCGeometry faces, RTCSceneFlags flags) {
   RTCScene scene = rtcNewScene(device);
   rtcSetSceneFlags(scene, flags);
-  rtcAttachGeometry(scene, geometry);
-  rtcReleaseGeometry(geometry);
+  rtcAttachGeometry(scene, faces);
   rtcCommitScene(scene);
+  return scene;
+}
+
+RTCScene MakeStillScene(RTCDevice device, const std::vector<Surface>& surfaces, std::size_t count,
+                        RTCSceneFlags flags) {
+  RTCGeometry faces = MakeFaces(device, surfaces, 0, count);
+  RTCScene scene = MakeRayScene(device, faces, flags);
+  rtcReleaseGeometry(faces);
   return scene;
 }
 
@@ -42,42 +58,62 @@ SceneImpl::SceneImpl(const World& world, std::uint64_t seed) {
   sim::BuildSurfaces(world, seed, this);
   // No laser beam slips between neighbouring faces; a camera ray that did would be one of millions, and robust is
   // slower.
-  solids = MakeRayScene(device, surfaces, solid_count, RTC_SCENE_FLAG_ROBUST);
-  everything = MakeRayScene(device, surfaces, surfaces.size(), RTC_SCENE_FLAG_NONE);
+  solids = MakeStillScene(device, surfaces, solid_count, RTC_SCENE_FLAG_ROBUST);
+  everything = MakeStillScene(device, surfaces, still_count, RTC_SCENE_FLAG_NONE);
+  if (surfaces.size() > still_count) {
+    moving_faces = MakeFaces(device, surfaces, still_count, surfaces.size() - still_count);
+    moving = MakeRayScene(device, moving_faces, RTC_SCENE_FLAG_ROBUST);
+  }
   sim::BakeLight(world, this);
   const RTCError error = rtcGetDeviceError(device);
   PV_CHECK(error == RTC_ERROR_NONE, "Embree error " << error);
 }
 
 SceneImpl::~SceneImpl() {
+  if (moving != nullptr) {
+    rtcReleaseScene(moving);
+    rtcReleaseGeometry(moving_faces);
+  }
   rtcReleaseScene(everything);
   rtcReleaseScene(solids);
   rtcReleaseDevice(device);
 }
 
-float SceneImpl::Grey(const Surface& surface, const Eigen::Vector3f& point, float footprint) const {
-  const Eigen::Vector3f from_corner = point - surface.corner;
-  const float u = from_corner.dot(surface.per_u), v = from_corner.dot(surface.per_v);
-  const float x = surface.texel_offset.x() + u * surface.texels.x(),
-              y = surface.texel_offset.y() + v * surface.texels.y();
-  const float grey = surface.texture->Sample(x, y, footprint * surface.texels_per_metre);
-  if (surface.glowing) return grey;
-  const int last_column = surface.light_columns - 1, last_row = surface.light_rows - 1;
-  const float column = std::clamp(u, 0.0f, 1.0f) * static_cast<float>(last_column);
-  const float row = std::clamp(v, 0.0f, 1.0f) * static_cast<float>(last_row);
-  const int c = std::min(static_cast<int>(column), last_column - 1), r = std::min(static_cast<int>(row), last_row - 1);
-  const float ac = column - static_cast<float>(c), ar = row - static_cast<float>(r);
-  const float* node = light.data() + surface.light_offset + static_cast<std::size_t>(r * surface.light_columns + c);
-  const float upper = node[0] + ac * (node[1] - node[0]);
-  node += surface.light_columns;
-  const float lower = node[0] + ac * (node[1] - node[0]);
-  return grey * (upper + ar * (lower - upper));
+void SceneImpl::Place(const std::vector<Walker>& walkers) {
+  if (moving == nullptr) return;
+  constexpr double kUnderground = -50.0;  // m, where those are who are not there
+  for (std::size_t i = 0; i < walker_faces.size(); ++i) {
+    const WalkerFace& face = walker_faces[i];
+    PV_CHECK(face.walker < walkers.size(), walkers.size() << " walkers");
+    const Walker& walker = walkers[face.walker];
+    Rigid3 T = Embed3(walker.T_world_walker * Rigid2(0.5 * face.step * walker.stride, 0.0, 0.0));
+    T.translation.z() = walker.present ? walker.floor : kUnderground;
+    const Eigen::Matrix3f R = T.R().cast<float>();
+    const Eigen::Vector3f t = T.translation.cast<float>();
+    Surface& placed = surfaces[still_count + i];
+    for (std::size_t c = 0; c < placed.corners.size(); ++c) placed.corners[c] = R * face.surface.corners[c] + t;
+    placed.corner = R * face.surface.corner + t;
+    placed.per_u = R * face.surface.per_u;
+    placed.per_v = R * face.surface.per_v;
+    placed.normal = R * face.surface.normal;
+  }
+  WriteCorners(surfaces, still_count, walker_faces.size(),
+               static_cast<float*>(rtcGetGeometryBufferData(moving_faces, RTC_BUFFER_TYPE_VERTEX, 0)));
+  rtcUpdateGeometryBuffer(moving_faces, RTC_BUFFER_TYPE_VERTEX, 0);
+  rtcCommitGeometry(moving_faces);
+  rtcCommitScene(moving);
 }
 
-Scene::Scene(const World& world, std::uint64_t seed) : impl_(std::make_unique<SceneImpl>(world, seed)) {}
+Scene::Scene(const World& world, std::uint64_t seed) : impl_(std::make_unique<SceneImpl>(world, seed)) {
+  Walker nobody;
+  nobody.present = false;
+  Place(std::vector<Walker>(world.people.size() + 1, nobody));
+}
 Scene::~Scene() = default;
 Scene::Scene(Scene&&) noexcept = default;
 Scene& Scene::operator=(Scene&&) noexcept = default;
+
+void Scene::Place(const std::vector<Walker>& walkers) { impl_->Place(walkers); }
 
 double Scene::Range(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double max_range) const {
   RTCRayHit query{};
@@ -90,6 +126,7 @@ double Scene::Range(const Eigen::Vector3d& origin, const Eigen::Vector3d& direct
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   rtcIntersect1(impl_->solids, &context, &query);
+  if (impl_->moving != nullptr) rtcIntersect1(impl_->moving, &context, &query);  // only finds what is nearer
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::numeric_limits<double>::infinity();
   return static_cast<double>(query.ray.tfar);
 }

@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "patterns.h"
+#include "planar_vslam/geometry/check.h"
 #include "planar_vslam/sim/random.h"
 #include "planar_vslam/sim/solids.h"
 #include "scene_impl.h"
@@ -23,7 +24,9 @@ constexpr int kRoomTexture = 2048;           // px, repeats after 4.1 m
 constexpr int kObjectTexture = 512;          // px, repeats after 1.0 m
 constexpr int kLargestPicture = 1024;        // px
 constexpr double kPictureThickness = 0.002;  // m, how far pictures stand off the wall
-constexpr double kLightNode = 0.10;          // m between the nodes of a light map
+constexpr double kLightNode = 0.10;          // m between the nodes of a light map ...
+constexpr double kLightNodes = 100.0;        // ... but no more of them than this along a square face
+constexpr float kDaylightGlow = 1.5f;        // of a window's grey level by day: most of it is beyond white
 
 int PowerOfTwo(double at_least) {
   int size = 32;
@@ -46,8 +49,9 @@ class SurfaceBuilder {
     surface.per_v = (down / down.squaredNorm()).cast<float>();
     surface.normal = down.cross(right).normalized().cast<float>();
     surface.size = Vector2d(right.norm(), down.norm()).cast<float>();
-    surface.light_columns = std::max(2, 1 + static_cast<int>(std::ceil(right.norm() / kLightNode)));
-    surface.light_rows = std::max(2, 1 + static_cast<int>(std::ceil(down.norm() / kLightNode)));
+    const double node = std::max(kLightNode, std::sqrt(right.norm() * down.norm()) / kLightNodes);
+    surface.light_columns = std::max(2, 1 + static_cast<int>(std::ceil(right.norm() / node)));
+    surface.light_rows = std::max(2, 1 + static_cast<int>(std::ceil(down.norm() / node)));
     ApplyTexture(texture, repeat_px, &surface);
     scene_->surfaces.push_back(surface);
     return scene_->surfaces.back();
@@ -113,6 +117,33 @@ WallLine LineOf(Wall wall, const Vector3d& room) {
   return {{0, 0, 0}, y, x, room.y()};
 }
 
+// An inner wall's foot on the side a poster hangs on.
+WallLine LineOf(const ObjectSpec& wall, bool left_side) {
+  const Vector3d along(std::cos(wall.yaw), std::sin(wall.yaw), 0.0), leftward(-along.y(), along.x(), 0.0);
+  const Vector3d right = left_side ? Vector3d(-along) : along, inward = left_side ? leftward : Vector3d(-leftward);
+  const Vector3d middle(wall.at.x(), wall.at.y(), 0.0);
+  return {middle + 0.5 * wall.size.y() * inward - 0.5 * wall.size.x() * right, right, inward, wall.size.x()};
+}
+
+// A poster's wall, and its middle from the wall's left end.
+struct PosterPlace {
+  WallLine line;
+  double middle;
+};
+PosterPlace PlaceOf(const PosterSpec& poster, const World& world) {
+  if (poster.inner_wall.empty()) {
+    const WallLine line = LineOf(poster.wall, world.room.size);
+    const bool rightwards = line.right.sum() > 0.0;  // whether `along` grows to the right
+    return {line, rightwards ? poster.along : line.length - poster.along};
+  }
+  const auto wall = std::find_if(world.objects.begin(), world.objects.end(), [&](const ObjectSpec& object) {
+    return object.kind == ObjectKind::kWall && object.name == poster.inner_wall;
+  });
+  PV_CHECK(wall != world.objects.end(), "inner wall " << poster.inner_wall);
+  const WallLine line = LineOf(*wall, poster.left);
+  return {line, poster.left ? line.length - poster.along : poster.along};
+}
+
 constexpr Wall kWalls[] = {Wall::kSouth, Wall::kEast, Wall::kNorth, Wall::kWest};
 
 void AddRoom(const RoomSpec& room, SurfaceBuilder& builder) {
@@ -129,13 +160,19 @@ void AddRoom(const RoomSpec& room, SurfaceBuilder& builder) {
 void AddPrism(const Prism& prism, SurfaceBuilder& builder) {
   const auto at = [](const Vector2d& p, double z) { return Vector3d(p.x(), p.y(), z); };
   const std::vector<Vector2d>& foot = prism.footprint;
+  const auto corner_top = [&](std::size_t i) {
+    return at(foot[i], prism.corner_tops.empty() ? prism.top : prism.corner_tops[i]);
+  };
   const double height = prism.top - prism.bottom;
   for (std::size_t i = 0; i < foot.size(); ++i) {
-    const Vector2d& next = foot[(i + 1) % foot.size()];
-    builder.Add(at(foot[i], prism.top), at(next, 0) - at(foot[i], 0), {0, 0, -height}, prism.texture, kObjectTexture);
+    const std::size_t next = (i + 1) % foot.size();
+    Surface& side = builder.Add(at(foot[i], prism.top), at(foot[next], 0) - at(foot[i], 0), {0, 0, -height},
+                                prism.texture, kObjectTexture);
+    side.corners[0] = corner_top(i).cast<float>();
+    side.corners[1] = corner_top(next).cast<float>();
   }
   if (foot.size() == 4) {
-    builder.Add(at(foot[3], prism.top), at(foot[2], 0) - at(foot[3], 0), at(foot[0], 0) - at(foot[3], 0), prism.texture,
+    builder.Add(corner_top(3), corner_top(2) - corner_top(3), corner_top(0) - corner_top(3), prism.texture,
                 kObjectTexture);
     builder.Add(at(foot[0], prism.bottom), at(foot[1], 0) - at(foot[0], 0), at(foot[3], 0) - at(foot[0], 0),
                 prism.texture, kObjectTexture);
@@ -170,22 +207,61 @@ void AddPictures(const World& world, SurfaceBuilder& builder) {
   // Later posters hang over earlier ones.
   double stand_off = 2.0 * kPictureThickness;
   for (const PosterSpec& poster : world.posters) {
-    const WallLine line = LineOf(poster.wall, world.room.size);
-    const bool rightwards = line.right.sum() > 0.0;  // whether `along` grows to the right
-    const double middle = rightwards ? poster.along : line.length - poster.along;
-    const Vector3d corner = line.left + (middle - 0.5 * poster.size.x()) * line.right + stand_off * line.inward +
+    const PosterPlace place = PlaceOf(poster, world);
+    const WallLine& line = place.line;
+    const Vector3d corner = line.left + (place.middle - 0.5 * poster.size.x()) * line.right + stand_off * line.inward +
                             (poster.height + 0.5 * poster.size.y()) * up;
     Surface& surface =
         builder.Add(corner, poster.size.x() * line.right, -poster.size.y() * up, poster.texture, kObjectTexture);
-    surface.glowing = poster.texture.style == "window";
+    if (poster.texture.style == "window") surface.glow = world.light.windows > 0.0 ? kDaylightGlow : 1.0f;
     stand_off += 1e-4;
   }
+  // Switched off, a lamp is a grey plate.
+  const auto lamp_glow = static_cast<float>(std::clamp(world.light.level * world.light.lamps, 0.25, 1.0));
   for (const LampSpec& lamp : world.lamps) {
     const Vector3d corner(lamp.at.x() - 0.5 * lamp.size.x(), lamp.at.y() - 0.5 * lamp.size.y(),
                           world.room.size.z() - kPictureThickness);
-    Surface& surface =
-        builder.Add(corner, {lamp.size.x(), 0, 0}, {0, lamp.size.y(), 0}, TextureSpec{"plain", 252}, kObjectTexture);
-    surface.glowing = true;
+    builder.Add(corner, {lamp.size.x(), 0, 0}, {0, lamp.size.y(), 0}, TextureSpec{"plain", 252}, kObjectTexture).glow =
+        lamp_glow;
+  }
+}
+
+// Legs, body, arms' width and head, each an upright box or prism.
+std::vector<std::pair<Prism, double>> WalkerParts(double height, int person) {
+  const auto box = [&](double x, double y, double half_x, double half_y, double bottom, double top,
+                       const TextureSpec& texture) {
+    Prism part;
+    part.footprint = {
+        {x - half_x, y - half_y}, {x + half_x, y - half_y}, {x + half_x, y + half_y}, {x - half_x, y + half_y}};
+    part.bottom = bottom * height, part.top = top * height;
+    part.texture = texture;
+    return part;
+  };
+  const TextureSpec trousers{"fabric", 45 + 25 * (person % 3)}, skin{"plain", 150};
+  const TextureSpec shirt{person % 2 == 0 ? "shapes" : "fabric"};
+  return {{box(0.0, 0.10, 0.07, 0.07, 0.0, 0.48, trousers), 1.0},
+          {box(0.0, -0.10, 0.07, 0.07, 0.0, 0.48, trousers), -1.0},
+          {box(0.0, 0.0, 0.12, 0.22, 0.48, 0.83, shirt), 0.0},
+          {box(0.0, 0.0, 0.09, 0.08, 0.85, 1.0, skin), 0.0}};
+}
+
+// Whoever occludes the camera comes last; nobody else where nobody walks.
+void AddWalkers(const World& world, SurfaceBuilder& builder, SceneImpl* scene) {
+  std::vector<double> heights;
+  for (const PersonSpec& person : world.people) heights.push_back(person.height);
+  if (!world.events.occlusions.empty()) heights.push_back(1.75);
+  for (std::size_t walker = 0; walker < heights.size(); ++walker) {
+    for (const auto& [part, step] : WalkerParts(heights[walker], static_cast<int>(walker))) {
+      const std::size_t first = scene->surfaces.size();
+      AddPrism(part, builder);
+      for (std::size_t i = first; i < scene->surfaces.size(); ++i) {
+        Surface& face = scene->surfaces[i];
+        face.light_columns = face.light_rows = 2;
+        // Lit from above, by no lamp in particular.
+        face.glow = static_cast<float>(std::sqrt(world.light.level)) * (0.72f + 0.2f * face.normal.z());
+        scene->walker_faces.push_back({walker, step, face});
+      }
+    }
   }
 }
 
@@ -194,13 +270,17 @@ void AddPictures(const World& world, SurfaceBuilder& builder) {
 void BuildSurfaces(const World& world, std::uint64_t seed, SceneImpl* scene) {
   SurfaceBuilder builder(seed, scene);
   AddRoom(world.room, builder);
+  scene->surfaces[0].gloss = static_cast<float>(world.room.gloss);
+  scene->surfaces[0].roughness = static_cast<float>(world.room.roughness);
   for (const Prism& prism : MakeSolids(world.objects)) AddPrism(prism, builder);
   scene->solid_count = scene->surfaces.size();
   AddPictures(world, builder);
+  scene->still_count = scene->surfaces.size();
+  AddWalkers(world, builder, scene);
   for (Surface& surface : scene->surfaces) {
     surface.light_offset = scene->light.size();
     scene->light.resize(scene->light.size() + static_cast<std::size_t>(surface.light_columns * surface.light_rows),
-                        1.0f);
+                        surface.glow);
   }
 }
 

@@ -23,9 +23,18 @@ class Builder {
     Add({low, {high.x(), low.y()}, high, {low.x(), high.y()}}, bottom, top, texture);
   }
   void Add(const Polygon& footprint, double bottom, double top, const TextureSpec& texture) {
-    Prism prism{{}, object_.bottom + bottom, object_.bottom + top, texture, index_};
+    Prism prism{{}, object_.bottom + bottom, object_.bottom + top, texture, index_, false, {}};
     for (const Eigen::Vector2d& corner : footprint) prism.footprint.push_back(T_world_object_ * corner);
     prisms_->push_back(std::move(prism));
+  }
+  // A box to drive on whose top rises linearly along x.
+  void Slope(const Eigen::Vector2d& low, const Eigen::Vector2d& high, double low_top, double high_top,
+             const TextureSpec& texture) {
+    Box(low, high, 0.0, std::max(low_top, high_top), texture);
+    Prism& prism = prisms_->back();
+    prism.is_floor = true;
+    prism.corner_tops = {low_top, high_top, high_top, low_top};
+    for (double& top : prism.corner_tops) top += object_.bottom;
   }
   void Legs(double thickness, double top, const TextureSpec& texture) {
     const Eigen::Vector2d half = 0.5 * object_.size;
@@ -91,6 +100,56 @@ void BuildPillar(const ObjectSpec& object, Builder& builder) {
   builder.Add(circle, 0.0, object.height, object.texture);
 }
 
+// Five feet, a column, seat and back.
+void BuildSwivelChair(const ObjectSpec& object, Builder& builder) {
+  constexpr double kSeatHeight = 0.48, kSeat = 0.07, kBack = 0.05, kColumn = 0.03, kFoot = 0.02;  // m
+  constexpr int kFeet = 5;
+  const Eigen::Vector2d half = 0.5 * object.size;
+  const TextureSpec metal{"plain", 45};
+  for (int i = 0; i < kFeet; ++i) {
+    const double angle = 2.0 * M_PI * i / kFeet + 0.3;
+    const Eigen::Vector2d along(std::cos(angle), std::sin(angle)), across(-along.y(), along.x());
+    const double reach = half.minCoeff();
+    builder.Add({-kFoot * across, reach * along - kFoot * across, reach * along + kFoot * across, kFoot * across}, 0.04,
+                0.11, metal);
+  }
+  const double seat = std::min(kSeatHeight, 0.6 * object.height);
+  builder.Box({-kColumn, -kColumn}, {kColumn, kColumn}, 0.11, seat - kSeat, metal);
+  builder.Box(-half, half, seat - kSeat, seat, object.texture);
+  builder.Box({-0.8 * half.x(), half.y() - kBack}, {0.8 * half.x(), half.y()}, seat + 0.08, object.height,
+              object.texture);
+}
+
+// Pieces between the doorways, and lintels above them.
+void BuildWall(const ObjectSpec& object, Builder& builder) {
+  const double half_length = 0.5 * object.size.x(), half_width = 0.5 * object.size.y();
+  const auto piece = [&](double from, double to, double bottom) {
+    if (to - from < 1e-6) return;
+    builder.Box({from - half_length, -half_width}, {to - half_length, half_width}, bottom, object.height,
+                object.texture);
+  };
+  double done = 0.0;
+  for (const DoorwaySpec& doorway : object.doorways) {
+    piece(done, doorway.along - 0.5 * doorway.width, 0.0);
+    done = doorway.along + 0.5 * doorway.width;
+    if (doorway.height < object.height) piece(doorway.along - 0.5 * doorway.width, done, doorway.height);
+  }
+  piece(done, object.size.x(), 0.0);
+}
+
+// Rises along its x axis, is level for the plateau, and falls again or ends.
+void BuildRamp(const ObjectSpec& object, Builder& builder) {
+  const double end = 0.5 * object.size.x(), half_width = 0.5 * object.size.y();
+  const double rise = (object.size.x() - object.plateau) / (object.both_ways ? 2.0 : 1.0);
+  const auto piece = [&](double from, double to, double from_height, double to_height) {
+    if (to - from < 1e-6) return;
+    builder.Slope({from, -half_width}, {to, half_width}, from_height, to_height, object.texture);
+  };
+  piece(-end, -end + rise, 0.0, object.height);
+  piece(-end + rise, -end + rise + object.plateau, object.height, object.height);
+  if (object.both_ways) piece(end - rise, end, object.height, 0.0);
+}
+
 double Cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 }  // namespace
@@ -111,6 +170,15 @@ std::vector<Prism> MakeSolids(const std::vector<ObjectSpec>& objects) {
       case ObjectKind::kChair:
         BuildChair(object, builder);
         break;
+      case ObjectKind::kSwivelChair:
+        BuildSwivelChair(object, builder);
+        break;
+      case ObjectKind::kWall:
+        BuildWall(object, builder);
+        break;
+      case ObjectKind::kRamp:
+        BuildRamp(object, builder);
+        break;
       case ObjectKind::kShelf:
         BuildShelf(object, builder);
         break;
@@ -120,6 +188,15 @@ std::vector<Prism> MakeSolids(const std::vector<ObjectSpec>& objects) {
     }
   }
   return prisms;
+}
+
+double Prism::TopAt(const Eigen::Vector2d& at) const {
+  if (corner_tops.empty()) return top;
+  // Linear over the rectangle, from the edge through the first corner to the opposite one.
+  const Eigen::Vector2d along = footprint[1] - footprint[0], across = footprint[3] - footprint[0];
+  const Eigen::Vector2d from_corner = at - footprint[0];
+  return corner_tops[0] + (corner_tops[1] - corner_tops[0]) * from_corner.dot(along) / along.squaredNorm() +
+         (corner_tops[3] - corner_tops[0]) * from_corner.dot(across) / across.squaredNorm();
 }
 
 double Distance(const Eigen::Vector2d& point, const std::vector<Eigen::Vector2d>& polygon) {

@@ -23,10 +23,16 @@ const char* Name(ObjectKind kind) {
       return "table";
     case ObjectKind::kChair:
       return "chair";
+    case ObjectKind::kSwivelChair:
+      return "swivel_chair";
     case ObjectKind::kShelf:
       return "shelf";
     case ObjectKind::kPillar:
       return "pillar";
+    case ObjectKind::kWall:
+      return "wall";
+    case ObjectKind::kRamp:
+      return "ramp";
   }
   PV_CHECK(false, "object kind " << static_cast<int>(kind));
 }
@@ -44,15 +50,5 @@ const char* Name(Wall wall) {
   }
   PV_CHECK(false, "wall " << static_cast<int>(wall));
 }
-
-Rigid3 CameraSpec::T_base_camera() const {
-  // Columns: the optical frame's x (right), y (down) and z (forward) axes in the base, then the tilt about its x axis.
-  Eigen::Matrix3d R_base_level;
-  R_base_level << 0, 0, 1, -1, 0, 0, 0, -1, 0;
-  const Eigen::AngleAxisd tilt(-tilt_down, Eigen::Vector3d::UnitX());
-  return {Eigen::Quaterniond(R_base_level * tilt.toRotationMatrix()), position};
-}
-
-Rigid3 LaserSpec::T_base_laser() const { return {Eigen::Quaterniond::Identity(), Eigen::Vector3d(0.0, 0.0, height)}; }
 
 }  // namespace planar_vslam

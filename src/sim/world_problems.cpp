@@ -1,57 +1,18 @@
 // What makes a world impossible, in the order of the file's sections.
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
-#include "planar_vslam/sim/solids.h"
-#include "planar_vslam/sim/world.h"
+#include "planar_vslam/geometry/angles.h"
+#include "problems.h"
 
 namespace planar_vslam {
 namespace {
 
-// Bounds against typing errors: a hall no larger than this, a texture memory that still fits.
-constexpr double kLargestRoom = 100.0;   // m
-constexpr double kHighestRoom = 20.0;    // m
-constexpr double kLargestRate = 1000.0;  // Hz
-constexpr int kLargestImage = 4096;      // px
-constexpr double kSmallest = 0.005;      // m, of any solid or poster
+using sim::kLargestRoom;
+using sim::Problems;
 
-class Problems {
- public:
-  void Add(const std::string& key, const std::string& message) { list_.push_back({key, message}); }
-  // Also refuses what is not a number.
-  void Range(const std::string& key, double value, double low, double high, const char* unit = "") {
-    if (value >= low && value <= high) return;
-    const std::string space = *unit == '\0' ? "" : " ";
-    Add(key, fmt::format("expected {} to {}{}{}, got {}", low, high, space, unit, value));
-  }
-  void Inside(const std::string& key, const Eigen::Vector2d& point, const RoomSpec& room) {
-    const bool inside = point.x() >= 0 && point.y() >= 0 && point.x() <= room.size.x() && point.y() <= room.size.y();
-    if (inside) return;
-    Add(key, fmt::format("expected a point inside the room of {} x {} m, got [{}, {}]", room.size.x(), room.size.y(),
-                         point.x(), point.y()));
-  }
-  void Texture(const std::string& key, const TextureSpec& texture) {
-    const auto contains = [&texture](const std::vector<std::string>& styles) {
-      return std::find(styles.begin(), styles.end(), texture.style) != styles.end();
-    };
-    const bool picture = contains(PictureStyles());
-    if (!picture && !contains(SurfaceStyles())) {
-      Add(key, fmt::format("expected one of {}, {}, got '{}'", fmt::join(SurfaceStyles(), ", "),
-                           fmt::join(PictureStyles(), ", "), texture.style));
-    }
-    if (texture.shade == TextureSpec::kDefaultShade) return;
-    if (picture) Add(key, fmt::format("expected no shade for the picture '{}'", texture.style));
-    if (texture.shade < 0 || texture.shade > 255) {
-      Add(key, fmt::format("expected a shade of 0 to 255, got {}", texture.shade));
-    }
-  }
-  std::vector<WorldProblem> Take() { return std::move(list_); }
-
- private:
-  std::vector<WorldProblem> list_;
-};
+constexpr double kHighestRoom = 20.0;  // m
+constexpr double kSmallest = 0.005;    // m, of any solid or poster
 
 void CheckRoom(const World& world, Problems& problems) {
   const RoomSpec& room = world.room;
@@ -60,6 +21,8 @@ void CheckRoom(const World& world, Problems& problems) {
   problems.Range("room.size", room.size.z(), 1.0, kHighestRoom, "m in height");
   problems.Range("room.skirting", room.skirting, 0.0, 0.5, "m");
   problems.Range("room.ambient", room.ambient, 0.0, 1.0);
+  problems.Range("room.gloss", room.gloss, 0.0, 1.0);
+  problems.Range("room.roughness_deg", RadiansToDegrees(room.roughness), 0.0, 45.0, "deg");
   problems.Texture("room.floor", room.floor);
   problems.Texture("room.walls", room.walls);
   problems.Texture("room.ceiling", room.ceiling);
@@ -72,10 +35,27 @@ void CheckRoom(const World& world, Problems& problems) {
   }
 }
 
-void CheckObjects(const World& world, Problems& problems) {
-  for (std::size_t i = 0; i < world.objects.size(); ++i) {
-    const ObjectSpec& object = world.objects[i];
-    const std::string key = fmt::format("objects[{}]", i);
+void CheckDoorways(const std::string& key, const ObjectSpec& wall, Problems& problems) {
+  double done = 0.0;
+  for (std::size_t i = 0; i < wall.doorways.size(); ++i) {
+    const DoorwaySpec& doorway = wall.doorways[i];
+    const std::string own = fmt::format("{}.doorways[{}]", key, i);
+    problems.Range(own + ".width", doorway.width, kSmallest, wall.size.x(), "m");
+    problems.Range(own + ".height", doorway.height, kSmallest, wall.height, "m");
+    const double low = done + 0.5 * doorway.width, high = wall.size.x() - 0.5 * doorway.width;
+    if (!(doorway.along >= low && doorway.along <= high)) {
+      problems.Add(own + ".along", fmt::format("expected {} to {} m, after the doorway before it and within the wall, "
+                                               "got {}",
+                                               low, high, doorway.along));
+    }
+    done = doorway.along + 0.5 * doorway.width;
+  }
+}
+
+void CheckObjects(const World& world, const char* list, const std::vector<ObjectSpec>& objects, Problems& problems) {
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    const ObjectSpec& object = objects[i];
+    const std::string key = fmt::format("{}[{}]", list, i);
     problems.Inside(key + ".at", object.at, world.room);
     problems.Range(key + ".size", object.size.minCoeff(), kSmallest, kLargestRoom, "m");
     problems.Range(key + ".size", object.size.maxCoeff(), kSmallest, kLargestRoom, "m");
@@ -83,19 +63,34 @@ void CheckObjects(const World& world, Problems& problems) {
     problems.Range(key + ".height", object.height, kSmallest, world.room.size.z() - object.bottom, "m");
     problems.Range(key + ".boards", object.boards, 2, 20);
     problems.Texture(key + ".texture", object.texture);
+    if (object.kind == ObjectKind::kRamp) {
+      problems.Range(key + ".plateau", object.plateau, 0.0, object.size.x() - kSmallest, "m");
+      const double run = (object.size.x() - object.plateau) / (object.both_ways ? 2.0 : 1.0);
+      // Steeper than a sill's edge, the robot would not climb it.
+      if (object.height > run) problems.Add(key + ".height", fmt::format("expected at most {} m, 45 degrees", run));
+    }
+    CheckDoorways(key, object, problems);
   }
+}
+
+// m, length and height of the wall a poster hangs on.
+Eigen::Vector2d WallSize(const World& world, const PosterSpec& poster) {
+  const bool along_x = poster.wall == Wall::kSouth || poster.wall == Wall::kNorth;
+  for (const ObjectSpec& object : world.objects) {
+    if (!poster.inner_wall.empty() && object.name == poster.inner_wall) return {object.size.x(), object.height};
+  }
+  return {along_x ? world.room.size.x() : world.room.size.y(), world.room.size.z()};
 }
 
 void CheckPosters(const World& world, Problems& problems) {
   for (std::size_t i = 0; i < world.posters.size(); ++i) {
     const PosterSpec& poster = world.posters[i];
     const std::string key = fmt::format("posters[{}]", i);
-    const bool along_x = poster.wall == Wall::kSouth || poster.wall == Wall::kNorth;
-    const Eigen::Vector2d wall(along_x ? world.room.size.x() : world.room.size.y(), world.room.size.z());
+    const Eigen::Vector2d wall = WallSize(world, poster);
+    const std::string name = poster.inner_wall.empty() ? Name(poster.wall) : poster.inner_wall;
     problems.Range(key + ".size", poster.size.minCoeff(), kSmallest, kLargestRoom, "m");
     if (poster.size.x() > wall.x() || poster.size.y() > wall.y()) {
-      problems.Add(key + ".size",
-                   fmt::format("expected to fit the {} wall of {} x {} m", Name(poster.wall), wall.x(), wall.y()));
+      problems.Add(key + ".size", fmt::format("expected to fit the {} wall of {} x {} m", name, wall.x(), wall.y()));
       continue;
     }
     problems.Range(key + ".along", poster.along, 0.5 * poster.size.x(), wall.x() - 0.5 * poster.size.x(), "m");
@@ -104,63 +99,29 @@ void CheckPosters(const World& world, Problems& problems) {
   }
 }
 
-// The robot's centre must be in the room and in no object its body would meet.
-void CheckPlace(const World& world, const std::vector<Prism>& solids, const std::string& key,
-                const Eigen::Vector2d& place, Problems& problems) {
-  problems.Inside(key, place, world.room);
-  for (const Prism& solid : solids) {
-    if (!solid.MeetsBand(kBodyLow, kBodyHigh) || Distance(place, solid.footprint) > 0.0) continue;
-    const ObjectKind kind = world.objects[static_cast<std::size_t>(solid.object)].kind;
-    problems.Add(key, fmt::format("expected free floor, but [{}, {}] lies inside objects[{}], a {}", place.x(),
-                                  place.y(), solid.object, Name(kind)));
-    return;
+void CheckPeople(const World& world, Problems& problems) {
+  for (std::size_t i = 0; i < world.people.size(); ++i) {
+    const PersonSpec& person = world.people[i];
+    const std::string key = fmt::format("people[{}]", i);
+    for (std::size_t j = 0; j < person.path.size(); ++j) {
+      problems.Inside(fmt::format("{}.path[{}]", key, j), person.path[j], world.room);
+      if (j > 0 && (person.path[j] - person.path[j - 1]).norm() < kSmallest) {
+        problems.Add(fmt::format("{}.path[{}]", key, j), "expected another place than the point before");
+      }
+    }
+    if (person.path.size() < 2) problems.Add(key + ".path", "expected at least 2 points");
+    problems.Range(key + ".speed", person.speed, 0.0, 5.0, "m/s");
+    problems.Range(key + ".start", person.start, 0.0, 1000.0, "m");
+    problems.Range(key + ".height", person.height, 0.5, std::min(2.3, world.room.size.z()), "m");
   }
 }
 
-void CheckDrive(const World& world, const std::vector<Prism>& solids, Problems& problems) {
-  const DriveSpec& drive = world.drive;
-  CheckPlace(world, solids, "drive.start", drive.start.translation, problems);
-  for (std::size_t i = 0; i < drive.waypoints.size(); ++i) {
-    CheckPlace(world, solids, fmt::format("drive.waypoints[{}]", i), drive.waypoints[i], problems);
-  }
-  problems.Range("drive.shuffle", drive.shuffle, -10.0, 10.0, "m");
-  problems.Range("drive.laps", drive.laps, 0.0, 100.0);
-  if (drive.laps > 0.0 && drive.waypoints.size() < 3)
-    problems.Add("drive.waypoints", "expected at least 3 to drive laps");
-  if (drive.waypoints.empty() && drive.shuffle == 0.0) problems.Add("drive", "expected waypoints or a shuffle");
-  problems.Range("drive.speed", drive.speed, 0.01, 5.0, "m/s");
-  problems.Range("drive.sideways_speed", drive.sideways_speed, 0.01, 5.0, "m/s");
-  problems.Range("drive.acceleration", drive.acceleration, 0.01, 20.0, "m/s^2");
-  problems.Range("drive.turn_rate_deg", RadiansToDegrees(drive.turn_rate), 1.0, 720.0, "deg/s");
-  problems.Range("drive.turn_acceleration_deg", RadiansToDegrees(drive.turn_acceleration), 1.0, 7200.0, "deg/s^2");
-  problems.Range("drive.robot_radius", drive.robot_radius, 0.0, 2.0, "m");
-}
-
-void CheckSensors(const World& world, Problems& problems) {
-  const CameraSpec& camera = world.camera;
-  problems.Range("camera.size", camera.model.width, 8, kLargestImage, "px");
-  problems.Range("camera.size", camera.model.height, 8, kLargestImage, "px");
-  for (const std::string& problem : camera.model.Problems()) problems.Add("camera", problem);
-  problems.Range("camera.rate", camera.rate, 0.01, kLargestRate, "Hz");
-  problems.Range("camera.position", camera.position.z(), 0.01, world.room.size.z() - 0.01, "m in height");
-  problems.Range("camera.position", camera.position.head<2>().norm(), 0.0, 2.0, "m from the base's axis");
-  problems.Range("camera.tilt_down_deg", RadiansToDegrees(camera.tilt_down), -89.0, 89.0, "deg");
-  problems.Range("camera.shake_deg", RadiansToDegrees(camera.shake), 0.0, 10.0, "deg");
-  problems.Range("camera.noise", camera.noise, 0.0, 100.0, "grey levels");
-  problems.Range("camera.exposure", camera.exposure, 0.01, 100.0);
-  const LaserSpec& laser = world.laser;
-  problems.Range("laser.rate", laser.rate, 0.01, kLargestRate, "Hz");
-  problems.Range("laser.height", laser.height, 0.01, world.room.size.z() - 0.01, "m");
-  problems.Range("laser.field_of_view_deg", RadiansToDegrees(laser.field_of_view), 1.0, 360.0, "deg");
-  problems.Range("laser.beams", laser.beams, 2, 100000);
-  problems.Range("laser.range_max", laser.range_max, 0.1, 1000.0, "m");
-  problems.Range("laser.noise", laser.noise, 0.0, 10.0, "m");
-  const OdometrySpec& odometry = world.odometry;
-  problems.Range("odometry.rate", odometry.rate, 0.01, kLargestRate, "Hz");
-  problems.Range("odometry.scale", odometry.scale, 0.1, 10.0);
-  problems.Range("odometry.yaw_scale", odometry.yaw_scale, 0.1, 10.0);
-  problems.Range("odometry.translation_noise", odometry.translation_noise, 0.0, 1.0, "m");
-  problems.Range("odometry.rotation_noise_deg", RadiansToDegrees(odometry.rotation_noise), 0.0, 90.0, "deg");
+void CheckLight(const LightSpec& light, Problems& problems) {
+  problems.Range("light.level", light.level, 0.0, 100.0);
+  problems.Range("light.lamps", light.lamps, 0.0, 100.0);
+  problems.Range("light.windows", light.windows, 0.0, 100.0);
+  problems.Range("light.sun", light.sun, 0.0, 100.0);
+  problems.Range("light.sun_elevation_deg", RadiansToDegrees(light.sun_elevation), 1.0, 90.0, "deg");
 }
 
 }  // namespace
@@ -168,10 +129,13 @@ void CheckSensors(const World& world, Problems& problems) {
 std::vector<WorldProblem> FindProblems(const World& world) {
   Problems problems;
   CheckRoom(world, problems);
-  CheckObjects(world, problems);
+  CheckObjects(world, "objects", world.objects, problems);
+  CheckObjects(world, "ramp_objects", world.ramp_objects, problems);
   CheckPosters(world, problems);
-  CheckDrive(world, MakeSolids(world.objects), problems);
-  CheckSensors(world, problems);
+  CheckPeople(world, problems);
+  CheckLight(world.light, problems);
+  sim::CheckRobot(world, problems);
+  sim::CheckEvents(world, problems);
   return problems.Take();
 }
 

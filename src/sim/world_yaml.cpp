@@ -2,24 +2,21 @@
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
+#include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <sstream>
 
-#include "planar_vslam/geometry/angles.h"
 #include "planar_vslam/sim/world.h"
+#include "robot_yaml.h"
 #include "yaml_fields.h"
 
 namespace planar_vslam {
 namespace {
 
+using sim::ReadDegrees;
 using sim::YamlErrors;
 using sim::YamlFields;
-
-void ReadDegrees(YamlFields& fields, const std::string& key, double* radians) {
-  double degrees = RadiansToDegrees(*radians);
-  fields.Read(key, &degrees);
-  if (fields.Has(key)) *radians = DegreesToRadians(degrees);
-}
 
 // "wood", or {style: plain, shade: 220}.
 void ReadTexture(YamlFields& fields, const std::string& key, TextureSpec* texture) {
@@ -44,6 +41,8 @@ void ReadRoom(YamlFields fields, RoomSpec* room) {
   ReadTexture(fields, "ceiling", &room->ceiling);
   fields.Read("skirting", &room->skirting);
   fields.Read("ambient", &room->ambient);
+  fields.Read("gloss", &room->gloss);
+  ReadDegrees(fields, "roughness_deg", &room->roughness);
   fields.Finish();
 }
 
@@ -73,6 +72,18 @@ ObjectSpec DefaultObject(ObjectKind kind) {
       object.height = 0.90;
       object.texture.style = "fabric";
       break;
+    case ObjectKind::kSwivelChair:
+      object.size = {0.48, 0.48};
+      object.height = 0.95;
+      object.texture.style = "fabric";
+      break;
+    case ObjectKind::kWall:
+      object.height = 0.0;  // up to the ceiling
+      object.texture.style = "plaster";
+      break;
+    case ObjectKind::kRamp:
+      object.texture.style = "planks";
+      break;
     case ObjectKind::kShelf:
       object.size = {0.9, 0.35};
       object.height = 1.9;
@@ -85,39 +96,106 @@ ObjectSpec DefaultObject(ObjectKind kind) {
   return object;
 }
 
+DoorwaySpec ReadDoorway(YamlFields fields) {
+  DoorwaySpec doorway;
+  fields.Require("along");
+  fields.Read("along", &doorway.along);
+  fields.Read("width", &doorway.width);
+  fields.Read("height", &doorway.height);
+  fields.Finish();
+  return doorway;
+}
+
+// From one end to the other.
+void ReadInnerWall(YamlFields& fields, const RoomSpec& room, ObjectSpec* wall) {
+  Eigen::Vector2d from(0, 0), to(1, 0);
+  double thickness = 0.1;  // m
+  fields.Require("from");
+  fields.Require("to");
+  fields.Read("from", &from);
+  fields.Read("to", &to);
+  fields.Read("thickness", &thickness);
+  fields.Read("name", &wall->name);
+  wall->at = 0.5 * (from + to);
+  wall->yaw = std::atan2(to.y() - from.y(), to.x() - from.x());
+  wall->size = {(to - from).norm(), thickness};
+  wall->height = room.size.z();
+  const std::vector<YAML::Node> doorways = fields.Items("doorways");
+  for (std::size_t i = 0; i < doorways.size(); ++i) {
+    const std::string path = fields.PathOf(fmt::format("doorways[{}]", i));
+    wall->doorways.push_back(ReadDoorway(YamlFields(doorways[i], path, fields.errors())));
+  }
+}
+
+// What one kind has and others have not.
+void ReadKind(YamlFields& fields, const RoomSpec& room, ObjectSpec* object) {
+  switch (object->kind) {
+    case ObjectKind::kPillar: {
+      double radius = 0.5 * object->size.x();
+      fields.Require("radius");
+      fields.Read("radius", &radius);
+      object->size = {2.0 * radius, 2.0 * radius};
+      object->height = room.size.z();
+      return;
+    }
+    case ObjectKind::kWall:
+      return ReadInnerWall(fields, room, object);
+    case ObjectKind::kBox:
+      fields.Require("size");
+      fields.Require("height");
+      fields.Read("bottom", &object->bottom);
+      break;
+    case ObjectKind::kRamp:
+      fields.Require("size");
+      fields.Require("height");
+      fields.Read("plateau", &object->plateau);
+      fields.Read("both_ways", &object->both_ways);
+      break;
+    case ObjectKind::kShelf:
+      fields.Read("boards", &object->boards);
+      break;
+    case ObjectKind::kTable:
+    case ObjectKind::kChair:
+    case ObjectKind::kSwivelChair:
+      break;
+  }
+  fields.Read("size", &object->size);
+  ReadDegrees(fields, "yaw_deg", &object->yaw);
+}
+
 ObjectSpec ReadObject(YamlFields fields, const RoomSpec& room) {
   ObjectKind kind = ObjectKind::kBox;
   fields.Require("kind");
-  fields.ReadEnum("kind", {"box", "table", "chair", "shelf", "pillar"}, &kind);
+  fields.ReadEnum("kind", {"box", "table", "chair", "swivel_chair", "shelf", "pillar", "wall", "ramp"}, &kind);
   ObjectSpec object = DefaultObject(kind);
-  fields.Require("at");
-  fields.Read("at", &object.at);
+  if (kind != ObjectKind::kWall) {
+    fields.Require("at");
+    fields.Read("at", &object.at);
+  }
   ReadTexture(fields, "texture", &object.texture);
-  if (kind == ObjectKind::kPillar) {
-    double radius = 0.5 * object.size.x();
-    fields.Require("radius");
-    fields.Read("radius", &radius);
-    object.size = {2.0 * radius, 2.0 * radius};
-    object.height = room.size.z();
-  } else {
-    fields.Read("size", &object.size);
-    ReadDegrees(fields, "yaw_deg", &object.yaw);
-  }
-  if (kind == ObjectKind::kBox) {
-    fields.Require("size");
-    fields.Require("height");
-    fields.Read("bottom", &object.bottom);
-  }
-  if (kind == ObjectKind::kShelf) fields.Read("boards", &object.boards);
+  ReadKind(fields, room, &object);
   fields.Read("height", &object.height);
   fields.Finish();
   return object;
 }
 
-PosterSpec ReadPoster(YamlFields fields) {
+// On a wall of the room, or on a side of the inner wall of that name.
+PosterSpec ReadPoster(YamlFields fields, const std::vector<ObjectSpec>& objects) {
   PosterSpec poster;
   for (const char* key : {"wall", "along", "size"}) fields.Require(key);
-  fields.ReadEnum("wall", {"south", "east", "north", "west"}, &poster.wall);
+  std::string wall;
+  fields.Read("wall", &wall);
+  const bool inner = std::any_of(objects.begin(), objects.end(),
+                                 [&wall](const ObjectSpec& object) { return !wall.empty() && object.name == wall; });
+  if (inner) {
+    int side = 0;
+    fields.Require("side");
+    fields.ReadEnum("side", {"left", "right"}, &side);
+    poster.inner_wall = wall;
+    poster.left = side == 0;
+  } else {
+    fields.ReadEnum("wall", {"south", "east", "north", "west"}, &poster.wall);
+  }
   fields.Read("along", &poster.along);
   fields.Read("height", &poster.height);
   fields.Read("size", &poster.size);
@@ -126,79 +204,24 @@ PosterSpec ReadPoster(YamlFields fields) {
   return poster;
 }
 
-void ReadDrive(YamlFields fields, DriveSpec* drive) {
-  Eigen::Vector3d start(0, 0, 0);  // m, m, deg
-  fields.Require("start");
-  fields.Read("start", &start);
-  drive->start = Rigid2(start.x(), start.y(), DegreesToRadians(start.z()));
-  const std::vector<YAML::Node> items = fields.Items("waypoints");
-  for (std::size_t i = 0; i < items.size(); ++i) {
-    std::vector<double> point;
-    const bool pair = items[i].IsSequence() && items[i].size() == 2 &&
-                      YAML::convert<std::vector<double>>::decode(items[i], point) && std::isfinite(point[0]) &&
-                      std::isfinite(point[1]);
-    if (pair) drive->waypoints.emplace_back(point[0], point[1]);
-    if (!pair)
-      fields.errors()->Report(items[i].Mark(), fmt::format("drive.waypoints[{}]", i), "expected [x, y] in metres");
-  }
-  fields.Read("shuffle", &drive->shuffle);
-  fields.Read("laps", &drive->laps);
-  fields.Read("speed", &drive->speed);
-  fields.Read("sideways_speed", &drive->sideways_speed);
-  fields.Read("acceleration", &drive->acceleration);
-  ReadDegrees(fields, "turn_rate_deg", &drive->turn_rate);
-  ReadDegrees(fields, "turn_acceleration_deg", &drive->turn_acceleration);
-  fields.Read("robot_radius", &drive->robot_radius);
+PersonSpec ReadPerson(YamlFields fields) {
+  PersonSpec person;
+  fields.Require("path");
+  person.path = sim::ReadPoints(fields, "path");
+  fields.Read("speed", &person.speed);
+  fields.Read("start", &person.start);
+  fields.Read("height", &person.height);
   fields.Finish();
+  return person;
 }
 
-void ReadCamera(YamlFields fields, CameraSpec* camera) {
-  CameraModel& model = camera->model;
-  Eigen::Vector2d focal(model.fx, model.fy), center(model.cx, model.cy), size(model.width, model.height);
-  Eigen::Vector4d distortion(model.k1, model.k2, model.p1, model.p2);
-  fields.Read("size", &size);
-  fields.Read("focal", &focal);
-  fields.Read("center", &center);
-  fields.Read("distortion", &distortion);
-  const bool whole = size.x() == std::floor(size.x()) && size.y() == std::floor(size.y()) && size.norm() < 1e6;
-  if (!whole) fields.errors()->Report(fields.Child("size").Mark(), "camera.size", "expected whole numbers of pixels");
-  if (whole)
-    model = {static_cast<int>(size.x()),
-             static_cast<int>(size.y()),
-             focal.x(),
-             focal.y(),
-             center.x(),
-             center.y(),
-             distortion[0],
-             distortion[1],
-             distortion[2],
-             distortion[3],
-             0.0};
-  fields.Read("rate", &camera->rate);
-  fields.Read("position", &camera->position);
-  ReadDegrees(fields, "tilt_down_deg", &camera->tilt_down);
-  ReadDegrees(fields, "shake_deg", &camera->shake);
-  fields.Read("noise", &camera->noise);
-  fields.Read("exposure", &camera->exposure);
-  fields.Finish();
-}
-
-void ReadLaser(YamlFields fields, LaserSpec* laser) {
-  fields.Read("rate", &laser->rate);
-  fields.Read("height", &laser->height);
-  ReadDegrees(fields, "field_of_view_deg", &laser->field_of_view);
-  fields.Read("beams", &laser->beams);
-  fields.Read("range_max", &laser->range_max);
-  fields.Read("noise", &laser->noise);
-  fields.Finish();
-}
-
-void ReadOdometry(YamlFields fields, OdometrySpec* odometry) {
-  fields.Read("rate", &odometry->rate);
-  fields.Read("scale", &odometry->scale);
-  fields.Read("yaw_scale", &odometry->yaw_scale);
-  fields.Read("translation_noise", &odometry->translation_noise);
-  ReadDegrees(fields, "rotation_noise_deg", &odometry->rotation_noise);
+void ReadLight(YamlFields fields, LightSpec* light) {
+  fields.Read("level", &light->level);
+  fields.Read("lamps", &light->lamps);
+  fields.Read("windows", &light->windows);
+  fields.Read("sun", &light->sun);
+  ReadDegrees(fields, "sun_azimuth_deg", &light->sun_azimuth);
+  ReadDegrees(fields, "sun_elevation_deg", &light->sun_elevation);
   fields.Finish();
 }
 
@@ -206,24 +229,31 @@ World ReadWorld(const YAML::Node& root, YamlErrors* errors) {
   World world;
   YamlFields fields(root, "", errors);
   const auto section = [&fields, errors](const std::string& key) { return YamlFields(fields.Child(key), key, errors); };
-  const auto item = [errors](const YAML::Node& node, const char* list, std::size_t i) {
-    return YamlFields(node, fmt::format("{}[{}]", list, i), errors);
+  // Calls read(item) for every item of a list.
+  const auto each = [&fields, errors](const char* list, const auto& read) {
+    const std::vector<YAML::Node> items = fields.Items(list);
+    for (std::size_t i = 0; i < items.size(); ++i) read(YamlFields(items[i], fmt::format("{}[{}]", list, i), errors));
   };
   fields.Require("room");
   fields.Require("drive");
   if (fields.Has("room")) ReadRoom(section("room"), &world.room);
-  const std::vector<YAML::Node> lamps = fields.Items("lamps");
-  for (std::size_t i = 0; i < lamps.size(); ++i) world.lamps.push_back(ReadLamp(item(lamps[i], "lamps", i)));
-  const std::vector<YAML::Node> objects = fields.Items("objects");
-  for (std::size_t i = 0; i < objects.size(); ++i) {
-    world.objects.push_back(ReadObject(item(objects[i], "objects", i), world.room));
+  each("lamps", [&world](const YamlFields& item) { world.lamps.push_back(ReadLamp(item)); });
+  each("objects", [&world](const YamlFields& item) { world.objects.push_back(ReadObject(item, world.room)); });
+  each("ramp_objects",
+       [&world](const YamlFields& item) { world.ramp_objects.push_back(ReadObject(item, world.room)); });
+  each("posters", [&world](const YamlFields& item) { world.posters.push_back(ReadPoster(item, world.objects)); });
+  each("people", [&world](const YamlFields& item) { world.people.push_back(ReadPerson(item)); });
+  if (fields.Child("light").IsDefined()) ReadLight(section("light"), &world.light);
+  if (fields.Has("drive")) sim::ReadDrive(section("drive"), &world.drive);
+  if (fields.Child("repeat_drive").IsDefined()) {
+    world.repeat_drive.emplace();
+    sim::ReadDrive(section("repeat_drive"), &*world.repeat_drive);
   }
-  const std::vector<YAML::Node> posters = fields.Items("posters");
-  for (std::size_t i = 0; i < posters.size(); ++i) world.posters.push_back(ReadPoster(item(posters[i], "posters", i)));
-  if (fields.Has("drive")) ReadDrive(section("drive"), &world.drive);
-  if (fields.Child("camera").IsDefined()) ReadCamera(section("camera"), &world.camera);
-  if (fields.Child("laser").IsDefined()) ReadLaser(section("laser"), &world.laser);
-  if (fields.Child("odometry").IsDefined()) ReadOdometry(section("odometry"), &world.odometry);
+  if (fields.Child("camera").IsDefined()) sim::ReadCamera(section("camera"), &world.camera);
+  if (fields.Child("head").IsDefined()) sim::ReadHead(section("head"), &world.head);
+  if (fields.Child("laser").IsDefined()) sim::ReadLaser(section("laser"), &world.laser);
+  if (fields.Child("odometry").IsDefined()) sim::ReadOdometry(section("odometry"), &world.odometry);
+  if (fields.Child("events").IsDefined()) sim::ReadEvents(section("events"), &world.events);
   fields.Finish();
   return world;
 }

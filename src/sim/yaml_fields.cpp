@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace planar_vslam::sim {
@@ -53,6 +54,23 @@ void YamlFields::Read(const std::string& key, std::string* value) {
   if (!node.IsDefined()) return;
   if (!node.IsScalar()) return errors_->Report(node.Mark(), PathOf(key), "expected a word");
   *value = node.Scalar();
+}
+
+void YamlFields::Read(const std::string& key, bool* value) {
+  const YAML::Node node = Child(key);
+  if (!node.IsDefined() || (node.IsScalar() && YAML::convert<bool>::decode(node, *value))) return;
+  errors_->Report(node.Mark(), PathOf(key), "expected true or false");
+}
+
+std::vector<double> YamlFields::ListOf(const YAML::Node& node, const std::string& key, std::size_t count,
+                                       const std::string& expected) {
+  std::vector<double> numbers;
+  const bool right = node.IsSequence() && node.size() == count &&
+                     YAML::convert<std::vector<double>>::decode(node, numbers) &&
+                     std::all_of(numbers.begin(), numbers.end(), [](double number) { return std::isfinite(number); });
+  if (right) return numbers;
+  errors_->Report(node.Mark(), PathOf(key), expected);
+  return {};
 }
 
 std::vector<double> YamlFields::Numbers(const std::string& key, std::size_t count) {

@@ -33,6 +33,7 @@ class YamlFields {
   void Read(const std::string& key, double* value);
   void Read(const std::string& key, int* value);
   void Read(const std::string& key, std::string* value);
+  void Read(const std::string& key, bool* value);
   template <int N>
   void Read(const std::string& key, Eigen::Matrix<double, N, 1>* value) {
     const std::vector<double> numbers = Numbers(key, N);
@@ -46,6 +47,9 @@ class YamlFields {
   }
   // `count` numbers; empty when absent or wrong.
   std::vector<double> Numbers(const std::string& key, std::size_t count);
+  // `count` finite numbers of a node that stands under `key`; empty, and an error, when it is anything else.
+  std::vector<double> ListOf(const YAML::Node& node, const std::string& key, std::size_t count,
+                             const std::string& expected);
   // The node of a key (undefined when absent), for nested maps and sequences; marks the key as known.
   YAML::Node Child(const std::string& key);
   // The items of a sequence; none when absent.

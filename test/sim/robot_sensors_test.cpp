@@ -89,7 +89,8 @@ TEST(LaserSensor, NoiseHasTheStatedDeviation) {
 Rigid2 LastReading(const Drive& drive, const OdometrySpec& spec, std::uint64_t seed) {
   WheelOdometer odometer(spec, seed);
   OdometryReading reading;
-  for (int i = 0; i * 0.02 <= drive.duration(); ++i) reading = odometer.Update({i * 20000000LL}, drive.At(i * 0.02));
+  for (int i = 0; i * 0.02 <= drive.duration(); ++i)
+    reading = odometer.Update({i * 20000000LL}, Embed3(drive.At(i * 0.02)));
   return reading.T_odom_base;
 }
 
@@ -98,7 +99,7 @@ TEST(WheelOdometer, IntegratesToTheTruthWithoutErrors) {
   const Drive drive = *PlanDrive(world);
   WheelOdometer odometer(world.odometry, 1);
   for (int i = 0; i * 0.02 <= drive.duration(); ++i) {
-    const OdometryReading reading = odometer.Update({i * 20000000LL}, drive.At(i * 0.02));
+    const OdometryReading reading = odometer.Update({i * 20000000LL}, Embed3(drive.At(i * 0.02)));
     const Rigid2 T_odom_base = drive.At(0.0).Inverse() * drive.At(i * 0.02);
     const Rigid2 error = T_odom_base.Inverse() * reading.T_odom_base;
     ASSERT_LT(error.translation.norm() + std::abs(error.angle), 1e-9);
@@ -115,7 +116,7 @@ TEST(WheelOdometer, ScalesDistancesAndRotations) {
   world.odometry.yaw_scale = 1.05;
   WheelOdometer odometer(world.odometry, 1);
   OdometryReading reading;
-  for (int i = 0; i <= 100; ++i) reading = odometer.Update({i}, Rigid2(0, 0, 0.01 * i));
+  for (int i = 0; i <= 100; ++i) reading = odometer.Update({i}, Embed3(Rigid2(0, 0, 0.01 * i)));
   EXPECT_NEAR(reading.T_odom_base.angle, 1.05, 1e-9);
 }
 

@@ -65,11 +65,11 @@ TEST(Simulation, TruthIsTheDriveAndTheShakeStaysSmall) {
   Simulation simulation = SmallSimulation(1, 1.5);
   int shaken = 0;
   while (const std::optional<SimulatedEvent> event = simulation.Next()) {
-    const Rigid2 expected = simulation.drive().At(StampOf(*event).Seconds());
+    const Rigid3 expected = Embed3(simulation.drive().At(StampOf(*event).Seconds()));
     EXPECT_LT((event->T_world_base.translation - expected.translation).norm(), 1e-12);
     const auto* frame = std::get_if<CameraFrame>(&event->measurement);
     if (frame == nullptr) continue;
-    const Rigid3 nominal = Embed3(event->T_world_base) * frame->T_base_camera;
+    const Rigid3 nominal = event->T_world_base * frame->T_base_camera;
     EXPECT_LT((nominal.translation - event->T_world_camera.translation).norm(), 1e-12);
     const double angle = LogSo3(nominal.rotation.conjugate() * event->T_world_camera.rotation).norm();
     EXPECT_LT(angle, DegreesToRadians(1.0));

@@ -14,7 +14,15 @@ constexpr std::uint64_t MixSeed(std::uint64_t seed, std::uint64_t stream) {
 }
 
 // What a stream is for; further numbers (surface, image) are mixed in on top.
-enum class RandomStream : std::uint64_t { kTexture = 1, kImageNoise = 2, kCameraShake = 3, kLaser = 4, kOdometry = 5 };
+enum class RandomStream : std::uint64_t {
+  kTexture = 1,
+  kImageNoise = 2,
+  kCameraShake = 3,
+  kLaser = 4,
+  kOdometry = 5,
+  kSlips = 6,
+  kFurniture = 7
+};
 
 constexpr std::uint64_t MixSeed(std::uint64_t seed, RandomStream stream) {
   return MixSeed(seed, static_cast<std::uint64_t>(stream));

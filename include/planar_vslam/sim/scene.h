@@ -10,6 +10,16 @@ namespace planar_vslam {
 
 struct SceneImpl;
 
+// Where somebody walks.
+struct Walker {
+  Rigid2 T_world_walker;  // x ahead
+  double stride = 0.0;    // m, how far one foot is ahead of the other
+  double floor = 0.0;     // m, height of what they stand on
+  bool present = true;
+};
+// The person's place at `time` seconds.
+Walker WalkerAt(const PersonSpec& person, double time);
+
 class Scene {
  public:
   // Draws the textures from `seed` and bakes the light. Needs FindProblems(world).empty().
@@ -18,8 +28,11 @@ class Scene {
   Scene(Scene&&) noexcept;
   Scene& operator=(Scene&&) noexcept;
 
-  // Distance from `origin` along the unit `direction` to the nearest solid (walls and objects, not posters); infinity
-  // beyond `max_range`. Metres, world frame.
+  // The world's people in their order, then whoever occludes the camera. At first nobody is present.
+  void Place(const std::vector<Walker>& walkers);
+
+  // Distance from `origin` along the unit `direction` to the nearest solid (walls, objects and people, not posters);
+  // infinity beyond `max_range`. Metres, world frame.
   double Range(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double max_range) const;
 
   const SceneImpl& impl() const { return *impl_; }

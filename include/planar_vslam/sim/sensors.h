@@ -26,20 +26,47 @@ struct RayTable {
   }
 };
 
+// How the shutter was set.
+struct Exposure {
+  double factor = 1.0;      // on the grey levels; 0 for a covered lens
+  double time = 0.0;        // s it is open: what moves meanwhile blurs
+  double noise_gain = 1.0;  // on the noise's deviation
+};
+
+// Where and how a picture is taken.
+struct CameraShot {
+  Rigid3 T_world_camera;                 // optical frame, in the middle of the exposure of the middle row
+  Vector6d velocity = Vector6d::Zero();  // of the camera along its own axes, m/s and rad/s
+  std::uint64_t noise_seed = 0;          // one seed, one picture
+  Exposure exposure;
+};
+
 class CameraSensor {
  public:
-  // Needs spec.model.Problems().empty().
-  explicit CameraSensor(const CameraSpec& spec);
+  // Needs spec.model.Problems().empty(). The threads do not change the pictures.
+  explicit CameraSensor(const CameraSpec& spec, int threads = 1);
 
-  // The picture from T_world_camera (optical frame); one noise seed, one picture.
-  GrayImage Render(const Scene& scene, const Rigid3& T_world_camera, std::uint64_t noise_seed) const;
+  GrayImage Render(const Scene& scene, const CameraShot& shot) const;
 
  private:
-  std::vector<std::uint8_t> Develop(const std::vector<float>& grey, std::uint64_t noise_seed) const;
+  void Develop(const float* grey, std::size_t first, const CameraShot& shot, std::uint8_t* pixels) const;
 
   CameraSpec spec_;
+  int threads_;
   RayTable rays_;
   std::vector<float> normals_;  // standard normal deviates that the noise draws from
+};
+
+// The shutter: fixed, or following the mean grey level of the pictures it made.
+class ExposureControl {
+ public:
+  explicit ExposureControl(const CameraSpec& spec);
+  Exposure Next() const;
+  void Observe(const GrayImage& image);
+
+ private:
+  CameraSpec spec_;
+  double factor_;
 };
 
 class LaserSensor {
@@ -53,20 +80,26 @@ class LaserSensor {
   std::mt19937_64 generator_;
 };
 
-// Dead reckoning with scale errors and noise; starts at the identity.
+// Dead reckoning with scale errors and noise; starts at the identity. Wheels roll along the floor: on a slope they
+// measure its length, in the robot's own plane.
 class WheelOdometer {
  public:
   WheelOdometer(const OdometrySpec& spec, std::uint64_t seed);
-  // The first call anchors the odometry frame.
-  OdometryReading Update(Timestamp stamp, const Rigid2& T_world_base);
+  // The first call anchors the odometry frame. `slip` is the factor between what wheels and robot do.
+  OdometryReading Update(Timestamp stamp, const Rigid3& T_world_base, double slip = 1.0);
+  // The robot is somewhere else without its wheels having turned.
+  void Carry(const Rigid3& T_world_base) { T_world_base_ = T_world_base; }
 
  private:
   OdometrySpec spec_;
   std::mt19937_64 generator_;
   bool anchored_ = false;
-  Rigid2 T_world_base_;  // at the last call
+  Rigid3 T_world_base_;  // at the last call
   Rigid2 T_odom_base_;   // measured, at the last call
 };
+
+// Slips at random times within `duration` seconds, in the order of time.
+std::vector<SlipSpec> DrawSlips(const RandomSlipSpec& spec, double duration, std::uint64_t seed);
 
 // Wobble of the camera's mount: independent, exponentially forgetting rotations about the camera's axes.
 class MountShake {

@@ -1,5 +1,6 @@
 #pragma once
-// The solid things of a world: upright prisms with convex footprints. Camera, laser, grid and drive all see these.
+// The solid things of a world: upright prisms with convex footprints. Camera, laser, grid and drive all see these, but
+// to grid and drive what the robot can drive on is no obstacle.
 #include <Eigen/Core>
 #include <vector>
 
@@ -12,9 +13,13 @@ struct Prism {
   double bottom = 0.0;                     // m
   double top = 0.0;                        // m
   TextureSpec texture;
-  int object = 0;  // index in World::objects
+  int object = 0;                   // index in World::objects
+  bool is_floor = false;            // to be driven on
+  std::vector<double> corner_tops;  // m, where the top slopes: of each corner of a rectangular footprint
 
-  bool MeetsBand(double low, double high) const { return bottom < high && top > low; }
+  // Whether it is an obstacle between the two heights.
+  bool MeetsBand(double low, double high) const { return !is_floor && bottom < high && top > low; }
+  double TopAt(const Eigen::Vector2d& at) const;  // m
 };
 
 // All prisms of all objects, in the order of the objects.

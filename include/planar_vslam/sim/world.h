@@ -5,15 +5,13 @@
 //
 // World frame: origin in a corner of the room on the floor, x along the south wall, y along the west wall, z up.
 #include <Eigen/Core>
-#include <cmath>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "planar_vslam/geometry/expected.h"
-#include "planar_vslam/geometry/rigid2.h"
-#include "planar_vslam/geometry/rigid3.h"
-#include "planar_vslam/sensor/camera_model.h"
+#include "planar_vslam/sim/robot_spec.h"
 
 namespace planar_vslam {
 
@@ -32,8 +30,21 @@ struct RoomSpec {
   TextureSpec floor{"tiles"};
   TextureSpec walls{"plaster"};
   TextureSpec ceiling{"panels"};
-  double skirting = 0.08;  // m, height of the dark board along the walls' foot; 0 for none
-  double ambient = 0.35;   // share of the light that comes from everywhere, 0-1; the lamps give the rest
+  double skirting = 0.08;   // m, height of the dark board along the walls' foot; 0 for none
+  double ambient = 0.35;    // share of the light that comes from everywhere, 0-1; the lamps give the rest
+  double gloss = 0.0;       // share of the light from straight above that the floor mirrors, 0-1
+  double roughness = 0.03;  // rad, how far the floor's mirror images are blurred
+};
+
+// What the light is like today. Everything else equal, the picture of a room does not depend on how many lamps it has;
+// these factors are on the light (not on grey levels).
+struct LightSpec {
+  double level = 1.0;          // of everything
+  double lamps = 1.0;          // of the lamps
+  double windows = 0.0;        // what all windows give, in lamps' worth
+  double sun = 0.0;            // of direct sunlight through windows, in times the mean light; 0: none
+  double sun_azimuth = 0.0;    // rad, where the sun stands, from the x axis to the left
+  double sun_elevation = 0.6;  // rad above the horizon
 };
 
 // A rectangular panel in the ceiling, shining down.
@@ -43,8 +54,15 @@ struct LampSpec {
   double power = 1.0;                            // relative to the other lamps
 };
 
-enum class ObjectKind { kBox, kTable, kChair, kShelf, kPillar };
+enum class ObjectKind { kBox, kTable, kChair, kSwivelChair, kShelf, kPillar, kWall, kRamp };
 const char* Name(ObjectKind kind);
+
+// An opening in an inner wall.
+struct DoorwaySpec {
+  double along = 0.0;    // m, centre, from the wall's first end
+  double width = 0.9;    // m
+  double height = 2.05;  // m
+};
 
 struct ObjectSpec {
   ObjectKind kind = ObjectKind::kBox;
@@ -54,6 +72,10 @@ struct ObjectSpec {
   double bottom = 0.0;                           // m above the floor
   double height = 1.0;                           // m, from bottom to top
   int boards = 5;                                // of a shelf, top and bottom included
+  double plateau = 0.0;                          // m, of a ramp: length of its level top
+  bool both_ways = true;                         // of a ramp: falls again behind the top
+  std::vector<DoorwaySpec> doorways;             // of a wall
+  std::string name;                              // of a wall, for posters
   TextureSpec texture{"wood"};
 };
 
@@ -67,52 +89,16 @@ struct PosterSpec {
   double height = 1.4;             // m, centre above the floor
   Eigen::Vector2d size{0.6, 0.8};  // m, width and height
   TextureSpec texture{"text"};
+  std::string inner_wall{};  // name of the inner wall it hangs on instead: `along` is then from that wall's first end
+  bool left = true;          // of an inner wall: on the side to the left on the way from its first end
 };
 
-struct DriveSpec {
-  Rigid2 start;                            // T_world_base at t = 0
-  double shuffle = 0.0;                    // m sideways (left positive) before driving forward
-  std::vector<Eigen::Vector2d> waypoints;  // m
-  double laps = 0.0;                       // times round the closed polygon of waypoints; 0: once along the open line
-  double speed = 0.35;                     // m/s
-  double sideways_speed = 0.2;             // m/s, peak of the shuffle
-  double acceleration = 0.3;               // m/s^2
-  double turn_rate = 0.6;                  // rad/s
-  double turn_acceleration = 1.2;          // rad/s^2
-  double robot_radius = 0.25;              // m, kept clear of everything
-};
-
-struct CameraSpec {
-  CameraModel model{640, 480, 610.0, 610.0, 322.3, 238.6, 0.03, -0.09, 0.0, 0.0, 0.0};
-  double rate = 10.0;                          // Hz
-  Eigen::Vector3d position{0.06, 0.0, 1.118};  // m, of the optical centre in the base
-  double tilt_down = 0.06;                     // rad, optical axis below the horizon
-  double shake = 0.0;                          // rad, standard deviation of the mount about each axis
-  double noise = 0.0;                          // grey levels, standard deviation at mid grey
-  double exposure = 1.0;                       // factor on the grey levels
-
-  Rigid3 T_base_camera() const;
-};
-
-struct LaserSpec {
-  double rate = 5.0;                  // Hz
-  double height = 0.25;               // m above the floor, over the base's origin
-  double field_of_view = 1.5 * M_PI;  // rad, centred on forward
-  int beams = 541;
-  double range_max = 8.0;  // m
-  double noise = 0.0;      // m, standard deviation
-
-  Rigid3 T_base_laser() const;
-  double angle_min() const { return -0.5 * field_of_view; }
-  double angle_increment() const { return field_of_view / (beams - 1); }
-};
-
-struct OdometrySpec {
-  double rate = 50.0;              // Hz
-  double scale = 1.0;              // measured / true distance
-  double yaw_scale = 1.0;          // measured / true rotation
-  double translation_noise = 0.0;  // m per sqrt(m), each axis
-  double rotation_noise = 0.0;     // rad per sqrt(m) and per sqrt(rad)
+// Somebody who walks to and fro along a line, seen by camera and laser.
+struct PersonSpec {
+  std::vector<Eigen::Vector2d> path;  // m, at least two points
+  double speed = 0.8;                 // m/s
+  double start = 0.0;                 // m along the path at time 0
+  double height = 1.75;               // m
 };
 
 struct World {
@@ -120,11 +106,17 @@ struct World {
   RoomSpec room;
   std::vector<LampSpec> lamps;
   std::vector<ObjectSpec> objects;
+  std::vector<ObjectSpec> ramp_objects;  // there only when a ramp is asked for
   std::vector<PosterSpec> posters;
+  std::vector<PersonSpec> people;
+  LightSpec light;
   DriveSpec drive;
+  std::optional<DriveSpec> repeat_drive;  // another way through the same world
   CameraSpec camera;
+  HeadSpec head;
   LaserSpec laser;
   OdometrySpec odometry;
+  EventsSpec events;
 };
 
 // What makes a world impossible: the key as in the file ("objects[2].size") and what was expected instead.
