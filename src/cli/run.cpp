@@ -6,8 +6,8 @@
 #include <memory>
 
 #include "commands.h"
-#include "planar_vslam/io/run_session.h"
 #include "planar_vslam/map/map_file.h"
+#include "session_options.h"
 
 namespace planar_vslam {
 namespace {
@@ -22,53 +22,13 @@ struct RunArguments {
   double rate = 0.0, until = 0.0;
 };
 
-// One line on stderr, rewritten in place: share done, frames, time left.
-class ProgressBar {
- public:
-  void operator()(long done, long total) {
-    const auto now = std::chrono::steady_clock::now();
-    if (done < total && now - last_ < std::chrono::milliseconds(200)) return;
-    last_ = now;
-    const double share = total > 0 ? static_cast<double>(done) / static_cast<double>(total) : 1.0;
-    const double elapsed = std::chrono::duration<double>(now - start_).count();
-    const double left = share > 0.0 ? elapsed * (1.0 - share) / share : 0.0;
-    constexpr int kWidth = 30;
-    const auto filled = static_cast<std::size_t>(share * kWidth);
-    std::fprintf(stderr, "\r[%s%s] %3.0f %%  %ld/%ld images  %.0f s left   ", std::string(filled, '#').c_str(),
-                 std::string(kWidth - filled, '.').c_str(), 100.0 * share, done, total, left);
-    if (done >= total) std::fprintf(stderr, "\n");
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now(), last_;
-};
-
-Expected<PipelineOptions> ReadOptions(const RunArguments& arguments) {
-  Expected<PipelineOptions> options{PipelineOptions{}};
-  if (!arguments.config.empty()) options = LoadOptions(arguments.config);
-  for (const std::string& assignment : arguments.assignments) {
-    if (!options.ok()) return options;
-    options = SetOption(std::move(options).value(), assignment);
-  }
-  if (options.ok() && !arguments.mode.empty())
-    options = SetOption(std::move(options).value(), "mode=" + arguments.mode);
-  if (!options.ok()) return options;
-  const std::vector<std::string> problems = options->Problems();
-  if (!problems.empty()) return Error{fmt::format("configuration: {}", fmt::join(problems, "; "))};
-  if (options->mode == RunMode::kLocalization && arguments.map.empty()) {
+// The configuration, and what a saved map asks of it.
+Expected<PipelineOptions> ReadRunOptions(const RunArguments& arguments) {
+  Expected<PipelineOptions> options = ReadOptions(arguments.config, arguments.assignments, arguments.mode);
+  if (options.ok() && options->mode == RunMode::kLocalization && arguments.map.empty()) {
     return Error{"--mode localization: expected the map to localize in, --map FILE"};
   }
   return options;
-}
-
-RecordingOptions ToRecordingOptions(const PipelineOptions& options, const RunArguments& arguments) {
-  RecordingOptions recording;
-  const TopicOptions& topics = options.topics;
-  recording.bag = {topics.image, topics.camera_info, topics.odometry,
-                   topics.scan,  topics.base_frame,  topics.odom_frame};
-  if (!arguments.odometry.empty()) recording.odometry_file = arguments.odometry;
-  recording.require_odometry = options.odometry == OdometryUse::kRequired;
-  return recording;
 }
 
 void PrintSummary(const SlamSystem& system, const RunResult& result, const fs::path& out) {
@@ -120,10 +80,10 @@ Expected<bool> StartFromSavedMap(const fs::path& path, SlamSystem* system) {
 }
 
 int Run(const RunArguments& arguments) {
-  Expected<PipelineOptions> options = ReadOptions(arguments);
+  Expected<PipelineOptions> options = ReadRunOptions(arguments);
   if (!options.ok()) return Fail(kExitBadInput, options.error().message);
   Expected<std::unique_ptr<Recording>> recording =
-      OpenRecording(arguments.input, ToRecordingOptions(*options, arguments));
+      OpenRecording(arguments.input, ToRecordingOptions(*options, arguments.odometry));
   if (!recording.ok()) return Fail(kExitBadInput, recording.error().message);
   if (!arguments.save_map.empty()) {
     const Expected<bool> prepared = PrepareSaving(arguments.save_map);

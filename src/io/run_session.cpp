@@ -4,7 +4,10 @@
 
 #include <chrono>
 #include <thread>
+#include <type_traits>
 #include <utility>
+
+#include "planar_vslam/pipeline/input_corrector.h"
 
 namespace planar_vslam {
 namespace {
@@ -52,6 +55,7 @@ class Session {
       : recording_(recording),
         system_(system),
         settings_(settings),
+        corrector_(system.options().calibration),
         synchronizer_(recording.info().has_odometry && settings.use_odometry),
         pace_(settings.rate) {}
 
@@ -62,7 +66,7 @@ class Session {
       Expected<std::optional<RecordedEvent>> event = recording_.Next();
       if (!event.ok()) return event.error();
       if (!event->has_value() || IsPastEnd(**event)) break;
-      std::visit([this](auto&& e) { synchronizer_.Push(std::forward<decltype(e)>(e)); }, std::move(**event));
+      std::visit([this](auto&& e) { Take(std::forward<decltype(e)>(e)); }, std::move(**event));
       Drain();
     }
     synchronizer_.Finish();
@@ -83,6 +87,14 @@ class Session {
     const auto* frame = std::get_if<CameraFrame>(&event);
     return settings_.until.has_value() && frame != nullptr &&
            SecondsBetween(recording_.info().first_image, frame->image.stamp) > *settings_.until;
+  }
+
+  template <class Measurement>
+  void Take(Measurement&& measurement) {
+    if constexpr (std::is_same_v<std::decay_t<Measurement>, OdometryReading>) {
+      if (settings_.on_odometry) settings_.on_odometry(measurement);
+    }
+    synchronizer_.Push(corrector_.Correct(std::forward<Measurement>(measurement)));
   }
 
   void Drain() {
@@ -125,6 +137,7 @@ class Session {
   Recording& recording_;
   SlamSystem& system_;
   const RunSettings& settings_;
+  InputCorrector corrector_;
   Synchronizer synchronizer_;
   Pace pace_;
   std::optional<FramePacket> kept_;

@@ -132,6 +132,16 @@ void AddBackEnd(PipelineOptions& o, FieldList* f) {
   f->Add("bundle.odometry_huber", o.bundle.odometry_huber);
   f->Add("bundle.use_odometry", o.bundle.use_odometry);
   f->Add("bundle.final", o.final_bundle_adjustment);
+  f->Add("calibration.odometry_scale_x", o.calibration.odometry.scale.x());
+  f->Add("calibration.odometry_scale_y", o.calibration.odometry.scale.y());
+  f->Add("calibration.odometry_scale_yaw", o.calibration.odometry.scale.z());
+  f->Add("calibration.time_offset", o.calibration.odometry.time_offset);
+  f->Add("calibration.camera_x", o.calibration.camera_mount[0]);
+  f->Add("calibration.camera_y", o.calibration.camera_mount[1]);
+  f->Add("calibration.camera_z", o.calibration.camera_mount[2]);
+  f->AddDegrees("calibration.camera_roll_deg", o.calibration.camera_mount[3]);
+  f->AddDegrees("calibration.camera_pitch_deg", o.calibration.camera_mount[4]);
+  f->AddDegrees("calibration.camera_yaw_deg", o.calibration.camera_mount[5]);
   f->Add("laser.match", o.scan_match.enabled);
   f->Add("laser.range_sigma", o.scan_match.range_sigma);
   f->Add("laser.max_offset", o.scan_match.max_offset);
@@ -242,6 +252,7 @@ std::vector<std::string> PipelineOptions::Problems() const {
   add("bundle", bundle.Problems());
   add("odometry_noise", odometry_noise.Problems());
   add("planar", planar.Problems());
+  add("calibration", calibration.Problems());
   add("laser", scan_match.Problems());
   add("mapping2d", mapping2d.Problems());
   if (scale.keyframes < 3) all.emplace_back("scale: keyframes must be at least 3");

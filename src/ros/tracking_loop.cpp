@@ -40,6 +40,7 @@ TrackingLoop::TrackingLoop(const NodeSettings& settings, const std::string& imag
       base_frame_(io::FrameName(settings.pipeline.topics.base_frame)),
       odom_frame_(io::FrameName(settings.pipeline.topics.odom_frame)),
       tf_(ros::Duration(kTfCacheSeconds)),
+      corrector_(settings.pipeline.calibration),
       synchronizer_(settings.with_odometry()) {}
 
 void TrackingLoop::Handle(const Input& input) {
@@ -52,7 +53,9 @@ void TrackingLoop::Restart() {
   odometry_.clear();
   scans_.clear();
   last_odometry_.reset();
+  wheels_ = OdometryBuffer{};
   newest_ = {};
+  corrector_ = InputCorrector(settings_.pipeline.calibration);
   synchronizer_ = Synchronizer(settings_.with_odometry());
   if (system_ != nullptr) system_->Reset();
   waiting_for_.clear();
@@ -170,8 +173,11 @@ bool TrackingLoop::Use(const WaitingOdometry& odometry) {
     if (T_child_base.has_value()) T_odom_base = ToRigid3(odometry.message->pose.pose) * *T_child_base;
   }
   if (!T_odom_base.has_value()) return false;
-  synchronizer_.Push(OdometryReading{odometry.stamp, ProjectToPlane(*T_odom_base)});
-  last_odometry_ = odometry.stamp;
+  const OdometryReading read{odometry.stamp, ProjectToPlane(*T_odom_base)};
+  const OdometryReading corrected = corrector_.Correct(read);
+  synchronizer_.Push(corrected);
+  wheels_.Push({corrected.stamp, read.T_odom_base});
+  last_odometry_ = corrected.stamp;
   return true;
 }
 
@@ -179,7 +185,7 @@ bool TrackingLoop::Use(const WaitingScan& scan) {
   if (system_ == nullptr || images_.empty()) return false;
   const auto T_base_laser = LookUp(base_frame_, io::FrameName(scan.message->header.frame_id), scan.stamp);
   if (!T_base_laser.has_value()) return false;
-  synchronizer_.Push(LaserFrame{io::ToPlanarScan(*scan.message), *T_base_laser});
+  synchronizer_.Push(corrector_.Correct(LaserFrame{io::ToPlanarScan(*scan.message), *T_base_laser}));
   return true;
 }
 
@@ -213,7 +219,7 @@ bool TrackingLoop::Use(const WaitingImage& image) {
                       gray->width, gray->height, camera_->width, camera_->height);
     ++unused_["image of another size than camera_info says"];
   } else {
-    synchronizer_.Push(CameraFrame{ImageFrame{image.stamp, std::move(*gray)}, *T_base_camera});
+    synchronizer_.Push(corrector_.Correct(CameraFrame{ImageFrame{image.stamp, std::move(*gray)}, *T_base_camera}));
     Process();
   }
   return true;
@@ -233,7 +239,8 @@ void TrackingLoop::Process() {
   while (const std::optional<FramePacket> packet = synchronizer_.Pop()) {
     const FrameReport report = system_->Process(*packet);
     last_frame_ = report.stamp;
-    events_.on_frame(report, packet->T_odom_base);
+    events_.on_frame(report, wheels_.Interpolate(report.stamp));
+    wheels_.DropBefore(report.stamp);
   }
 }
 

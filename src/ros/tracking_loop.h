@@ -13,6 +13,7 @@
 
 #include "input_queue.h"
 #include "parameters.h"
+#include "planar_vslam/pipeline/input_corrector.h"
 #include "planar_vslam/pipeline/slam_system.h"
 #include "planar_vslam/pipeline/synchronizer.h"
 
@@ -97,8 +98,10 @@ class TrackingLoop {
   std::deque<WaitingImage> images_;
   std::deque<WaitingOdometry> odometry_;
   std::deque<WaitingScan> scans_;
-  std::optional<Timestamp> last_odometry_;          // handed to the synchronizer
+  std::optional<Timestamp> last_odometry_;  // handed to the synchronizer
+  OdometryBuffer wheels_;  // the odometry frame as tf has it, uncorrected, on the camera's clock: for map -> odom
   std::array<std::optional<Timestamp>, 3> newest_;  // by stream
+  InputCorrector corrector_;
   Synchronizer synchronizer_;
   std::unique_ptr<SlamSystem> system_;
   Timestamp last_frame_;

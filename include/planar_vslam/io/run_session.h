@@ -20,7 +20,8 @@ struct RunSettings {
   bool deterministic = false;   // inline schedule, no wall-clock in any output
   std::optional<double> rate;   // times real time, dropping frames as a live robot would; absent: no frame dropped
   std::optional<double> until;  // s after the first image
-  std::function<void(long done, long total)> progress;  // called after every image
+  std::function<void(long done, long total)> progress;      // called after every image
+  std::function<void(const OdometryReading&)> on_odometry;  // each reading as recorded
 };
 
 struct RunResult {

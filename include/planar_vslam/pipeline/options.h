@@ -12,6 +12,7 @@
 #include "planar_vslam/frontend/tracker.h"
 #include "planar_vslam/geometry/expected.h"
 #include "planar_vslam/mapping2d/map_builder.h"
+#include "planar_vslam/optimize/calibration.h"
 #include "planar_vslam/planar/odometry_noise.h"
 #include "planar_vslam/planar/planar_prior.h"
 
@@ -47,6 +48,7 @@ struct PipelineOptions {
   ScanMatchOptions scan_match;
   MapBuilderOptions mapping2d;
   TopicOptions topics;
+  SensorCorrection calibration;  // applied to everything that comes in
   bool final_bundle_adjustment = true;
 
   std::vector<std::string> Problems() const;

@@ -70,6 +70,8 @@ class SlamSystem {
   void Finish();
 
   std::shared_ptr<const Map> map() const { return map_; }
+  const PipelineOptions& options() const { return options_; }
+  const BundleContext& bundle() const { return bundle_; }
   const SystemReport& report() const { return report_; }
   const TrajectoryRecorder& trajectory() const { return trajectory_; }
   // Drops map and trajectory and starts over: from the saved map where there was one.

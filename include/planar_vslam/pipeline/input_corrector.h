@@ -1,0 +1,22 @@
+#pragma once
+// Applies the calibration to measurements as they come in: wheels to scale, everything but images onto the camera's
+// clock, the camera where it is mounted.
+#include "planar_vslam/optimize/calibration.h"
+#include "planar_vslam/sensor/measurements.h"
+
+namespace planar_vslam {
+
+class InputCorrector {
+ public:
+  explicit InputCorrector(const SensorCorrection& correction);
+
+  CameraFrame Correct(CameraFrame frame) const;
+  OdometryReading Correct(const OdometryReading& reading);
+  LaserFrame Correct(LaserFrame frame) const;
+
+ private:
+  Vector6d camera_mount_;
+  OdometryCorrector odometry_;
+};
+
+}  // namespace planar_vslam

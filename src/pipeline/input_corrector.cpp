@@ -1,0 +1,22 @@
+#include "planar_vslam/pipeline/input_corrector.h"
+
+#include "planar_vslam/optimize/mounted_reprojection_factor.h"
+
+namespace planar_vslam {
+
+InputCorrector::InputCorrector(const SensorCorrection& correction)
+    : camera_mount_(correction.camera_mount), odometry_(correction.odometry) {}
+
+CameraFrame InputCorrector::Correct(CameraFrame frame) const {
+  if (!camera_mount_.isZero()) frame.T_base_camera = Mounted(camera_mount_, frame.T_base_camera);
+  return frame;
+}
+
+OdometryReading InputCorrector::Correct(const OdometryReading& reading) { return odometry_.Correct(reading); }
+
+LaserFrame InputCorrector::Correct(LaserFrame frame) const {
+  frame.scan.stamp = odometry_.Correct(frame.scan.stamp);
+  return frame;
+}
+
+}  // namespace planar_vslam
