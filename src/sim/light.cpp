@@ -37,7 +37,8 @@ float LightFromLamp(const SceneImpl& scene, const LampSpec& lamp, float ceiling,
                     const Vector3f& normal) {
   float light = 0.0f;
   for (int i = 0; i < kLampSamples * kLampSamples; ++i) {
-    const double a = (i % kLampSamples + 0.5) / kLampSamples - 0.5, b = (i / kLampSamples + 0.5) / kLampSamples - 0.5;
+    const int column = i % kLampSamples, row = i / kLampSamples;
+    const double a = (column + 0.5) / kLampSamples - 0.5, b = (row + 0.5) / kLampSamples - 0.5;
     const Eigen::Vector2d at = lamp.at + Eigen::Vector2d(a, b).cwiseProduct(lamp.size);
     const Vector3f to_lamp = Vector3f(static_cast<float>(at.x()), static_cast<float>(at.y()), ceiling - kLift) - point;
     if (to_lamp.z() <= 0.0f || to_lamp.dot(normal) <= 0.0f) continue;  // behind the lamp or the face
