@@ -54,7 +54,7 @@ Line MakeLine(const DriveSpec& drive, const Vector2d& from) {
   for (std::size_t i = 1; left > 0.0 && lap > 0.0; ++i) {
     const Vector2d step = waypoints[i % waypoints.size()] - points.back();
     const double length = step.norm();
-    points.push_back(points.back() + std::min(1.0, length > 0.0 ? left / length : 1.0) * step);
+    points.emplace_back(points.back() + std::min(1.0, length > 0.0 ? left / length : 1.0) * step);
     left -= length;
   }
   return Line(points);

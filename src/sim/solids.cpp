@@ -203,7 +203,8 @@ double Distance(const Eigen::Vector2d& point, const std::vector<Eigen::Vector2d>
   bool inside = true;
   double nearest = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Eigen::Vector2d a = polygon[i], edge = polygon[(i + 1) % polygon.size()] - a, to_point = point - a;
+    const Eigen::Vector2d& a = polygon[i];
+    const Eigen::Vector2d edge = polygon[(i + 1) % polygon.size()] - a, to_point = point - a;
     inside = inside && Cross(edge, to_point) >= 0.0;
     const double along = std::clamp(edge.dot(to_point) / edge.squaredNorm(), 0.0, 1.0);
     nearest = std::min(nearest, (to_point - along * edge).norm());

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "planar_vslam/planar/pose_manifold.h"
+#include "support/factor_twins.h"
 #include "support/support.h"
 
 namespace planar_vslam {
@@ -69,6 +70,32 @@ TEST_P(ReprojectionFactorTest, ResidualIsZeroAtTruth) {
     Eigen::Vector2d residual;
     ASSERT_TRUE(MakeFactor(c, Eigen::Vector2d::Zero()).Evaluate(blocks, residual.data(), nullptr));
     EXPECT_LT(residual.norm(), 1e-9);
+  }
+}
+
+TEST_P(ReprojectionFactorTest, EqualsItsAutomaticTwin) {
+  std::mt19937 generator(11);
+  const PoseManifold manifold;
+  for (int i = 0; i < 50; ++i) {
+    const Case c = RandomCase(generator, GetParam());
+    const Eigen::Vector2d offset(3.0, -2.0);
+    const ceres::AutoDiffCostFunction<test::ReprojectionTwin, 2, 7, 3> twin(
+        new test::ReprojectionTwin{c.pixel + offset, c.T_base_camera.Inverse(), kF, kF, kCx, kCy, kSigma});
+    double pose[kPoseBlockSize];
+    StorePose(c.T_map_base, pose);
+    const double* blocks[] = {pose, c.p_map.data()};
+    Eigen::Matrix<double, kPoseBlockSize, 6, Eigen::RowMajor> plus;
+    manifold.PlusJacobian(pose, plus.data());
+    Eigen::Vector2d residuals[2];
+    Eigen::Matrix<double, 2, 7, Eigen::RowMajor> J_pose[2];
+    Eigen::Matrix<double, 2, 3, Eigen::RowMajor> J_point[2];
+    double* analytic[] = {J_pose[0].data(), J_point[0].data()};
+    double* automatic[] = {J_pose[1].data(), J_point[1].data()};
+    ASSERT_TRUE(MakeFactor(c, offset).Evaluate(blocks, residuals[0].data(), analytic));
+    ASSERT_TRUE(twin.Evaluate(blocks, residuals[1].data(), automatic));
+    EXPECT_LT((residuals[0] - residuals[1]).norm(), 1e-9);
+    EXPECT_LT((J_pose[0] * plus - J_pose[1] * plus).norm(), 1e-9 * (1.0 + J_pose[1].norm()));
+    EXPECT_LT((J_point[0] - J_point[1]).norm(), 1e-9 * (1.0 + J_point[1].norm()));
   }
 }
 

@@ -1,59 +1,12 @@
 #include "planar_vslam/planar/odometry_factor.h"
 
-#include <ceres/rotation.h>
-
 #include "factor_testing.h"
 #include "planar_vslam/planar/planar_prior.h"
 #include "planar_vslam/planar/preintegration.h"
+#include "support/factor_twins.h"
 
 namespace planar_vslam::test {
 namespace {
-
-// The same residual written once more with plain arrays and quaternions [w x y z], differentiated by Ceres.
-struct OdometryTwin {
-  Rigid3 T_i_j;
-  Matrix6d sqrt_information;
-
-  template <class S>
-  static void LogOfPose(const S q[4], const S t[3], S xi[6]) {
-    S phi[3];
-    ceres::QuaternionToAngleAxis(q, phi);
-    const S squared = phi[0] * phi[0] + phi[1] * phi[1] + phi[2] * phi[2];
-    S c = S(1.0 / 12.0) + squared / 720.0;
-    if (squared > S(1e-6)) {
-      const S half = sqrt(squared) / 2.0;
-      c = (S(1.0) - half * cos(half) / sin(half)) / squared;
-    }
-    S once[3], twice[3];
-    ceres::CrossProduct(phi, t, once);
-    ceres::CrossProduct(phi, once, twice);
-    for (int k = 0; k < 3; ++k) {
-      xi[k] = t[k] - once[k] / 2.0 + c * twice[k];
-      xi[3 + k] = phi[k];
-    }
-  }
-
-  template <class S>
-  bool operator()(const S* pose_i, const S* pose_j, S* residuals) const {
-    const S q_i_inverse[4] = {pose_i[6], -pose_i[3], -pose_i[4], -pose_i[5]};
-    const S q_j[4] = {pose_j[6], pose_j[3], pose_j[4], pose_j[5]};
-    const Eigen::Quaterniond& q = T_i_j.rotation;
-    const S q_measured_inverse[4] = {S(q.w()), S(-q.x()), S(-q.y()), S(-q.z())};
-    const S difference[3] = {pose_j[0] - pose_i[0], pose_j[1] - pose_i[1], pose_j[2] - pose_i[2]};
-    S t_i_j[3], t[3], q_i_j[4], q_error[4], xi[6];
-    ceres::UnitQuaternionRotatePoint(q_i_inverse, difference, t_i_j);
-    ceres::QuaternionProduct(q_i_inverse, q_j, q_i_j);
-    for (int k = 0; k < 3; ++k) t_i_j[k] -= T_i_j.translation[k];
-    ceres::UnitQuaternionRotatePoint(q_measured_inverse, t_i_j, t);
-    ceres::QuaternionProduct(q_measured_inverse, q_i_j, q_error);
-    LogOfPose(q_error, t, xi);
-    for (int r = 0; r < 6; ++r) {
-      residuals[r] = S(0.0);
-      for (int k = 0; k < 6; ++k) residuals[r] += sqrt_information(r, k) * xi[k];
-    }
-    return true;
-  }
-};
 
 Matrix6d SomeCovariance() {
   PreintegratedOdometry odometry;

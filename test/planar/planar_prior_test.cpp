@@ -3,24 +3,13 @@
 #include <limits>
 
 #include "factor_testing.h"
+#include "support/factor_twins.h"
 
 namespace planar_vslam::test {
 namespace {
 
 constexpr double kSigmaHeight = 0.01;
 constexpr double kSigmaTilt = DegreesToRadians(0.5);
-
-// The third row of the rotation matrix, written out for a quaternion [x y z w] of unit length.
-struct PlanarPriorTwin {
-  template <class S>
-  bool operator()(const S* pose, S* residuals) const {
-    const S &x = pose[3], &y = pose[4], &z = pose[5], &w = pose[6];
-    residuals[0] = pose[2] / kSigmaHeight;
-    residuals[1] = 2.0 * (x * z - w * y) / kSigmaTilt;
-    residuals[2] = 2.0 * (y * z + w * x) / kSigmaTilt;
-    return true;
-  }
-};
 
 Eigen::Vector3d Residual(const Rigid3& T) { return PlanarPriorResidual(T, kSigmaHeight, kSigmaTilt, nullptr); }
 
@@ -57,7 +46,7 @@ TEST(PlanarPrior, GradientsAreRight) {
 }
 
 TEST(PlanarPrior, EqualsItsAutomaticTwin) {
-  const ceres::AutoDiffCostFunction<PlanarPriorTwin, 3, 7> twin(new PlanarPriorTwin());
+  const ceres::AutoDiffCostFunction<PlanarPriorTwin, 3, 7> twin(new PlanarPriorTwin{kSigmaHeight, kSigmaTilt});
   for (const Rigid3& T : NastyPoses()) {
     ExpectTwins(PlanarPriorFactor(kSigmaHeight, kSigmaTilt), twin, {ToBlock(T)});
   }
