@@ -36,8 +36,11 @@ void WriteDrive(const fs::path& path, const BagRobot& robot) {
     writer->Write(LaserFrame{scan, robot.T_base_laser});
     const auto pixels = std::make_shared<const std::vector<std::uint8_t>>(64 * 48, static_cast<std::uint8_t>(4 * i));
     const Rigid3 T_pan(ExpSo3({0.0, 0.01 * i, 0.0}), Eigen::Vector3d::Zero());
-    writer->Write(CameraFrame{{Milliseconds(50 * i), {64, 48, pixels}},
-                              robot.camera_moves ? robot.T_base_camera * T_pan : robot.T_base_camera});
+    CameraFrame frame;
+    frame.image.stamp = Milliseconds(50 * i);
+    frame.image.image = {64, 48, pixels};
+    frame.T_base_camera = robot.camera_moves ? robot.T_base_camera * T_pan : robot.T_base_camera;
+    writer->Write(frame);
   }
   const Expected<bool> closed = writer->Close();
   ASSERT_TRUE(closed.ok()) << closed.error().message;
