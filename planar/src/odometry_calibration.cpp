@@ -16,20 +16,36 @@ Timestamp Shifted(Timestamp t, double seconds) {
   return Timestamp{t.nanoseconds + static_cast<std::int64_t>(std::llround(seconds * kNanosecondsPerSecond))};
 }
 
+// An instant to a fraction of a nanosecond: derivatives by the time offset need that.
+struct Instant {
+  Timestamp origin;
+  double seconds = 0.0;  // after origin
+
+  double Since(Timestamp t) const { return SecondsBetween(t, origin) + seconds; }
+};
+
 // Index k of the interval [k, k + 1] that holds `t`; the first or last one beyond the ends.
-std::size_t IntervalOf(const std::vector<OdometryReading>& readings, Timestamp t) {
+std::size_t IntervalOf(const std::vector<OdometryReading>& readings, const Instant& t) {
   PV_CHECK(readings.size() >= 2, "velocity needs two readings");
-  const auto after = std::upper_bound(readings.begin(), readings.end(), t,
-                                      [](Timestamp s, const OdometryReading& reading) { return s < reading.stamp; });
+  const auto after =
+      std::upper_bound(readings.begin(), readings.end(), t,
+                       [](const Instant& s, const OdometryReading& reading) { return s.Since(reading.stamp) < 0.0; });
   const auto index = static_cast<std::ptrdiff_t>(after - readings.begin()) - 1;
   return static_cast<std::size_t>(
       std::clamp<std::ptrdiff_t>(index, 0, static_cast<std::ptrdiff_t>(readings.size()) - 2));
 }
 
+Eigen::Vector3d Velocity(const std::vector<OdometryReading>& readings, std::size_t interval) {
+  const OdometryReading &from = readings[interval], &to = readings[interval + 1];
+  const double seconds = SecondsBetween(from.stamp, to.stamp);
+  if (!(seconds > 0.0)) return Eigen::Vector3d::Zero();
+  return LogSe2(from.T_odom_base.Inverse() * to.T_odom_base) / seconds;
+}
+
 // Pose at `t`, on the constant twist of its interval.
-Rigid2 PoseAt(const std::vector<OdometryReading>& readings, Timestamp t) {
-  const OdometryReading& reading = readings[IntervalOf(readings, t)];
-  return reading.T_odom_base * ExpSe2(SecondsBetween(reading.stamp, t) * VelocityAt(readings, t));
+Rigid2 PoseAt(const std::vector<OdometryReading>& readings, const Instant& t) {
+  const std::size_t k = IntervalOf(readings, t);
+  return readings[k].T_odom_base * ExpSe2(t.Since(readings[k].stamp) * Velocity(readings, k));
 }
 
 Eigen::Matrix3d AdjointSe2(const Rigid2& T) {
@@ -86,25 +102,22 @@ Eigen::Matrix<double, 6, 3> EvaluateMotion(const double* const* parameters, cons
 }  // namespace
 
 Eigen::Vector3d VelocityAt(const std::vector<OdometryReading>& readings, Timestamp t) {
-  const std::size_t k = IntervalOf(readings, t);
-  const double seconds = SecondsBetween(readings[k].stamp, readings[k + 1].stamp);
-  if (!(seconds > 0.0)) return Eigen::Vector3d::Zero();
-  return LogSe2(readings[k].T_odom_base.Inverse() * readings[k + 1].T_odom_base) / seconds;
+  return Velocity(readings, IntervalOf(readings, {t, 0.0}));
 }
 
 CorrectedMotion CorrectMotion(const std::vector<OdometryReading>& readings, Timestamp t_i, Timestamp t_j,
                               const OdometryCorrection& correction) {
-  const Timestamp from = Shifted(t_i, correction.time_offset), to = Shifted(t_j, correction.time_offset);
+  const Instant from{t_i, correction.time_offset}, to{t_j, correction.time_offset};
   CorrectedMotion motion;
   Rigid2 T_odom_last = PoseAt(readings, from);
   for (const OdometryReading& reading : readings) {
-    if (reading.stamp <= from || reading.stamp >= to) continue;
+    if (from.Since(reading.stamp) >= 0.0 || to.Since(reading.stamp) <= 0.0) continue;
     Append(T_odom_last.Inverse() * reading.T_odom_base, correction.scale, &motion);
     T_odom_last = reading.T_odom_base;
   }
   Append(T_odom_last.Inverse() * PoseAt(readings, to), correction.scale, &motion);
-  const Eigen::Vector3d v_i = correction.scale.cwiseProduct(VelocityAt(readings, from));
-  const Eigen::Vector3d v_j = correction.scale.cwiseProduct(VelocityAt(readings, to));
+  const Eigen::Vector3d v_i = correction.scale.cwiseProduct(Velocity(readings, IntervalOf(readings, from)));
+  const Eigen::Vector3d v_j = correction.scale.cwiseProduct(Velocity(readings, IntervalOf(readings, to)));
   motion.by_time_offset = v_j - AdjointSe2(motion.T_i_j.Inverse()) * v_i;
   return motion;
 }

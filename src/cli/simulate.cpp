@@ -6,11 +6,14 @@
 #include <filesystem>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
+#include <variant>
 #include <vector>
 
 #include "commands.h"
+#include "planar_vslam/io/bag_writer.h"
 #include "planar_vslam/sim/dataset_writer.h"
 #include "planar_vslam/sim/simulation.h"
 #include "planar_vslam/sim/variants.h"
@@ -23,7 +26,7 @@ namespace fs = std::filesystem;
 
 struct SimulateArguments {
   std::string world;
-  fs::path out;
+  fs::path out, bag;
   std::string drive = "mapping";
   std::vector<std::string> variants;
   std::uint64_t seed = 1;
@@ -53,6 +56,43 @@ Expected<fs::path> FindWorld(const std::string& world) {
   return Error{fmt::format("{}: expected a world file, or the name of a world in {}", world, folders.back().string())};
 }
 
+BagRobot RobotOf(const World& world) {
+  return {world.camera.model, world.camera.T_base_camera(), !world.head.motion.empty(), world.laser.T_base_laser()};
+}
+
+// Runs the simulation into the folder, the bag, or both.
+int Record(Simulation& simulation, const SimulateArguments& arguments) {
+  std::optional<BagWriter> bag;
+  if (!arguments.bag.empty()) {
+    Expected<BagWriter> created = BagWriter::Create(arguments.bag, RobotOf(simulation.world()));
+    if (!created) return Fail(kExitFailure, created.error().message);
+    bag = std::move(*created);
+  }
+  DatasetCounts counts;
+  const auto to_bag = [&](const SimulatedEvent& event) {
+    if (!bag.has_value()) return;
+    std::visit([&bag](const auto& measurement) { bag->Write(measurement); }, event.measurement);
+  };
+  if (!arguments.out.empty()) {
+    const Expected<DatasetCounts> written = WriteDataset(simulation, arguments.out, to_bag);
+    if (!written) return Fail(kExitFailure, written.error().message);
+    counts = *written;
+  } else {
+    while (const std::optional<SimulatedEvent> event = simulation.Next()) {
+      to_bag(*event);
+      counts.Add(*event);
+    }
+  }
+  if (bag.has_value()) {
+    const Expected<bool> closed = bag->Close();
+    if (!closed) return Fail(kExitFailure, closed.error().message);
+  }
+  fmt::print("{}: {:.1f} s, {} images, {} odometry readings, {} scans\n",
+             (arguments.out.empty() ? arguments.bag : arguments.out).string(), simulation.end_time(), counts.images,
+             counts.odometry_readings, counts.scans);
+  return kExitSuccess;
+}
+
 int Simulate(const SimulateArguments& arguments) {
   const Expected<fs::path> path = FindWorld(arguments.world);
   if (!path) return Fail(kExitBadInput, path.error().message);
@@ -66,22 +106,21 @@ int Simulate(const SimulateArguments& arguments) {
   options.threads = arguments.threads;
   Expected<Simulation> simulation = Simulation::Create(*world, options);
   if (!simulation) return Fail(kExitBadInput, simulation.error().message);
-  const Expected<DatasetCounts> counts = WriteDataset(*simulation, arguments.out);
-  if (!counts) return Fail(kExitFailure, counts.error().message);
-  fmt::print("{}: {:.1f} s, {} images, {} odometry readings, {} scans\n", arguments.out.string(),
-             simulation->end_time(), counts->images, counts->odometry_readings, counts->scans);
-  return kExitSuccess;
+  return Record(*simulation, arguments);
 }
 
 }  // namespace
 
 void AddSimulate(CLI::App& app, int* exit_code) {
   auto arguments = std::make_shared<SimulateArguments>();
-  CLI::App* command =
-      app.add_subcommand("simulate", "Render a robot's drive through a simulated world into a dataset folder");
+  CLI::App* command = app.add_subcommand(
+      "simulate", "Render a robot's drive through a simulated world into a dataset folder or a rosbag");
   command->add_option("world", arguments->world, "World file (YAML), or the name of a shipped world, like sample_lab")
       ->required();
-  command->add_option("--out", arguments->out, "Folder for the recording; its files are replaced")->required();
+  CLI::Option_group* outputs = command->add_option_group("Outputs", "One of them, or both");
+  outputs->add_option("--out", arguments->out, "Folder for the recording and the ground truth; its files are replaced");
+  outputs->add_option("--bag", arguments->bag, "rosbag for the recording; the ground truth stays out of it");
+  outputs->require_option(1, 2);
   command->add_option("--drive", arguments->drive, "mapping, or repeat: the world's second way")->capture_default_str();
   command
       ->add_option("--variant", arguments->variants,

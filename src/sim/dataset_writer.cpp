@@ -19,7 +19,9 @@ constexpr int kJpegQuality = 95;
 // The folder's text files, written line by line while the simulation runs.
 class Writer {
  public:
-  explicit Writer(const fs::path& folder) : folder_(folder) {
+  Writer(const fs::path& folder, bool head_moves) : folder_(folder) {
+    if (head_moves)
+      base_camera_ = Open("base_camera.txt", "# t x y z qx qy qz qw (camera optical in base_footprint)\n");
     images_ = Open("images.csv", "#t,file\n");
     odometry_ = Open("odometry.csv", "#t,x,y,theta,vx,vy,wz\n");
     scans_ = Open("scan.csv", "");
@@ -30,19 +32,21 @@ class Writer {
   void Write(const SimulatedEvent& event) {
     event_ = &event;
     std::visit(*this, event.measurement);
+    counts_.Add(event);
   }
   void operator()(const CameraFrame& frame) {
-    const std::string name = fmt::format("images/{:06d}.jpg", counts_.images++);
+    const std::string name = fmt::format("images/{:06d}.jpg", counts_.images);
     const std::string stamp = Stamp(frame.image.stamp);
     images_ << stamp << ',' << name << '\n';
     base_truth_ << stamp << ' ' << Pose(event_->T_world_base) << '\n';
     camera_truth_ << stamp << ' ' << Pose(event_->T_world_camera) << '\n';
+    if (base_camera_.is_open()) base_camera_ << stamp << ' ' << Pose(frame.T_base_camera) << '\n';
     const GrayImage& image = frame.image.image;
     if (!image.empty()) WriteJpeg(image, folder_ / name);
   }
   void operator()(const OdometryReading& reading) {
     Eigen::Vector3d twist = Eigen::Vector3d::Zero();
-    if (counts_.odometry_readings++ > 0) {
+    if (counts_.odometry_readings > 0) {
       twist = LogSe2(last_reading_.T_odom_base.Inverse() * reading.T_odom_base) /
               SecondsBetween(last_reading_.stamp, reading.stamp);
     }
@@ -52,7 +56,6 @@ class Writer {
     last_reading_ = reading;
   }
   void operator()(const LaserFrame& frame) {
-    ++counts_.scans;
     scans_ << Stamp(frame.scan.stamp);
     for (const float range : frame.scan.ranges)
       scans_ << (std::isfinite(range) ? fmt::format(",{:.4f}", range) : ",inf");
@@ -61,7 +64,8 @@ class Writer {
 
   // Flushes; the first thing that went wrong.
   Expected<DatasetCounts> Finish() {
-    for (auto* file : {&images_, &odometry_, &scans_, &base_truth_, &camera_truth_}) {
+    for (auto* file : {&images_, &odometry_, &scans_, &base_truth_, &camera_truth_, &base_camera_}) {
+      if (!file->is_open() && file == &base_camera_) continue;
       file->close();
       if (!*file && failed_.empty()) failed_ = folder_ / "images.csv or one of its companions";
     }
@@ -94,7 +98,7 @@ class Writer {
   }
 
   fs::path folder_;
-  std::ofstream images_, odometry_, scans_, base_truth_, camera_truth_;
+  std::ofstream images_, odometry_, scans_, base_truth_, camera_truth_, base_camera_;
   const SimulatedEvent* event_ = nullptr;
   OdometryReading last_reading_;
   DatasetCounts counts_;
@@ -126,7 +130,14 @@ Expected<bool> WriteCalibration(const World& world, const fs::path& path) {
 
 }  // namespace
 
-Expected<DatasetCounts> WriteDataset(Simulation& simulation, const fs::path& folder) {
+void DatasetCounts::Add(const SimulatedEvent& event) {
+  images += std::holds_alternative<CameraFrame>(event.measurement) ? 1 : 0;
+  odometry_readings += std::holds_alternative<OdometryReading>(event.measurement) ? 1 : 0;
+  scans += std::holds_alternative<LaserFrame>(event.measurement) ? 1 : 0;
+}
+
+Expected<DatasetCounts> WriteDataset(Simulation& simulation, const fs::path& folder,
+                                     const std::function<void(const SimulatedEvent&)>& observer) {
   std::error_code failure;
   fs::create_directories(folder / "images", failure);
   if (failure) return Error{fmt::format("{}: cannot be created: {}", folder.string(), failure.message())};
@@ -141,8 +152,11 @@ Expected<DatasetCounts> WriteDataset(Simulation& simulation, const fs::path& fol
     const Expected<bool> written = WriteTruthGrid(*grid, folder / name);
     if (!written) return written.error();
   }
-  Writer writer(folder);
-  while (const std::optional<SimulatedEvent> event = simulation.Next()) writer.Write(*event);
+  Writer writer(folder, !world.head.motion.empty());
+  while (const std::optional<SimulatedEvent> event = simulation.Next()) {
+    writer.Write(*event);
+    if (observer) observer(*event);
+  }
   return writer.Finish();
 }
 

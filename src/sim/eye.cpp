@@ -51,6 +51,13 @@ void Eye::Trace(const RayBatch& rays, int first, int count, Sight* sight) {
   rtcIntersect16(valid_, scene_.everything, &context_, &query_);
   for (int i = 0; i < count; ++i) {
     sight->surface[first + i] = query_.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID ? kNothing : query_.hit.primID[i] / 2;
+    query_.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+  }
+  if (scene_.moving == nullptr) return;
+  rtcIntersect16(valid_, scene_.moving, &context_, &query_);  // only finds what is nearer
+  const auto still = static_cast<std::uint32_t>(scene_.still_count);
+  for (int i = 0; i < count; ++i) {
+    if (query_.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID) sight->surface[first + i] = still + query_.hit.primID[i] / 2;
   }
 }
 

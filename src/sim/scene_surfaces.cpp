@@ -22,6 +22,7 @@ constexpr double kTexel = 0.002;             // m, of surface styles
 constexpr double kPictureTexel = 0.0016;     // m
 constexpr int kRoomTexture = 2048;           // px, repeats after 4.1 m
 constexpr int kObjectTexture = 512;          // px, repeats after 1.0 m
+constexpr int kPlainTexture = 16;            // px, the same grey everywhere
 constexpr int kLargestPicture = 1024;        // px
 constexpr double kPictureThickness = 0.002;  // m, how far pictures stand off the wall
 constexpr double kLightNode = 0.10;          // m between the nodes of a light map ...
@@ -79,7 +80,8 @@ class SurfaceBuilder {
         Eigen::Vector2f(static_cast<float>(own_seed & 1023), static_cast<float>((own_seed >> 10) & 1023));
   }
 
-  const Texture* Repeating(const TextureSpec& spec, int pixels) {
+  const Texture* Repeating(const TextureSpec& spec, int repeat_px) {
+    const int pixels = spec.style == "plain" ? kPlainTexture : repeat_px;
     const auto key = std::make_tuple(spec.style, spec.shade, pixels);
     const auto found = repeating_.find(key);
     if (found != repeating_.end()) return found->second;

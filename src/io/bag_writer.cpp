@@ -1,0 +1,171 @@
+#include "planar_vslam/io/bag_writer.h"
+
+#include <fmt/format.h>
+#include <nav_msgs/Odometry.h>
+#include <rosbag/bag.h>
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/CompressedImage.h>
+#include <sensor_msgs/LaserScan.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgcodecs.hpp>
+#include <string>
+
+namespace planar_vslam {
+namespace {
+
+constexpr std::int64_t kEpoch = 1'700'000'000;  // s, where second 0 lies
+constexpr int kJpegQuality = 95;
+constexpr char kBase[] = "base_footprint", kOdom[] = "odom", kCamera[] = "camera_optical_frame",
+               kLaser[] = "laser_frame";
+
+ros::Time ToRos(Timestamp stamp) {
+  return ros::Time().fromNSec(static_cast<std::uint64_t>(kEpoch * 1'000'000'000 + stamp.nanoseconds));
+}
+
+geometry_msgs::TransformStamped Transform(const ros::Time& stamp, const std::string& parent, const std::string& child,
+                                          const Rigid3& T_parent_child) {
+  geometry_msgs::TransformStamped message;
+  message.header.stamp = stamp;
+  message.header.frame_id = parent;
+  message.child_frame_id = child;
+  const Eigen::Vector3d& t = T_parent_child.translation;
+  const Eigen::Quaterniond& q = T_parent_child.rotation;
+  message.transform.translation.x = t.x(), message.transform.translation.y = t.y();
+  message.transform.translation.z = t.z();
+  message.transform.rotation.x = q.x(), message.transform.rotation.y = q.y();
+  message.transform.rotation.z = q.z(), message.transform.rotation.w = q.w();
+  return message;
+}
+
+sensor_msgs::CameraInfo CameraInfo(const CameraModel& camera) {
+  sensor_msgs::CameraInfo info;
+  info.width = static_cast<std::uint32_t>(camera.width);
+  info.height = static_cast<std::uint32_t>(camera.height);
+  info.distortion_model = "plumb_bob";
+  info.D = {camera.k1, camera.k2, camera.p1, camera.p2, camera.k3};
+  info.K = {camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1};
+  info.R = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  info.P = {camera.fx, 0, camera.cx, 0, 0, camera.fy, camera.cy, 0, 0, 0, 1, 0};
+  return info;
+}
+
+}  // namespace
+
+struct BagWriter::Impl {
+  std::string path;
+  BagRobot robot;
+  rosbag::Bag bag;
+  std::uint32_t images = 0;
+  std::optional<OdometryReading> last_reading;
+  std::optional<Error> error;
+
+  template <class Message>
+  void Write(const char* topic, const ros::Time& time, const Message& message) {
+    if (error.has_value()) return;
+    try {
+      bag.write(topic, time, message);
+    } catch (const rosbag::BagException& exception) {
+      error = Error{fmt::format("{}: cannot be written: {}", path, exception.what())};
+    }
+  }
+  void WriteTransform(const char* topic, const geometry_msgs::TransformStamped& transform) {
+    tf2_msgs::TFMessage message;
+    message.transforms.push_back(transform);
+    Write(topic, transform.header.stamp, message);
+  }
+};
+
+BagWriter::BagWriter(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+BagWriter::BagWriter(BagWriter&&) noexcept = default;
+BagWriter& BagWriter::operator=(BagWriter&&) noexcept = default;
+BagWriter::~BagWriter() = default;
+
+Expected<BagWriter> BagWriter::Create(const std::filesystem::path& path, const BagRobot& robot) {
+  auto impl = std::make_unique<Impl>();
+  impl->path = path.string();
+  impl->robot = robot;
+  try {
+    impl->bag.open(path.string(), rosbag::bagmode::Write);
+  } catch (const rosbag::BagException& exception) {
+    return Error{fmt::format("{}: cannot be written: {}", path.string(), exception.what())};
+  }
+  const ros::Time start = ToRos({});
+  tf2_msgs::TFMessage fixed;
+  if (!robot.camera_moves) fixed.transforms.push_back(Transform(start, kBase, kCamera, robot.T_base_camera));
+  fixed.transforms.push_back(Transform(start, kBase, kLaser, robot.T_base_laser));
+  impl->Write("/tf_static", start, fixed);
+  return BagWriter(std::move(impl));
+}
+
+void BagWriter::Write(const CameraFrame& frame) {
+  const ros::Time stamp = ToRos(frame.image.stamp);
+  if (impl_->robot.camera_moves) impl_->WriteTransform("/tf", Transform(stamp, kBase, kCamera, frame.T_base_camera));
+  const GrayImage& image = frame.image.image;
+  if (image.empty()) return;
+  sensor_msgs::CompressedImage message;
+  message.header.seq = impl_->images++;
+  message.header.stamp = stamp;
+  message.header.frame_id = kCamera;
+  message.format = "jpeg";
+  // The header only lends the pixels; imencode does not write to them.
+  const cv::Mat pixels(image.height, image.width, CV_8U, const_cast<std::uint8_t*>(image.pixels->data()));
+  cv::imencode(".jpg", pixels, message.data, {cv::IMWRITE_JPEG_QUALITY, kJpegQuality});
+  sensor_msgs::CameraInfo info = CameraInfo(impl_->robot.camera);
+  info.header = message.header;
+  impl_->Write("/camera/image_raw/compressed", stamp, message);
+  impl_->Write("/camera/camera_info", stamp, info);
+}
+
+void BagWriter::Write(const OdometryReading& reading) {
+  const ros::Time stamp = ToRos(reading.stamp);
+  const geometry_msgs::TransformStamped transform = Transform(stamp, kOdom, kBase, Embed3(reading.T_odom_base));
+  nav_msgs::Odometry message;
+  message.header = transform.header;
+  message.child_frame_id = kBase;
+  message.pose.pose.position.x = reading.T_odom_base.translation.x();
+  message.pose.pose.position.y = reading.T_odom_base.translation.y();
+  message.pose.pose.orientation = transform.transform.rotation;
+  if (impl_->last_reading.has_value() && impl_->last_reading->stamp < reading.stamp) {
+    const OdometryReading& last = *impl_->last_reading;
+    const double seconds = static_cast<double>(reading.stamp.nanoseconds - last.stamp.nanoseconds) * 1e-9;
+    const Eigen::Vector3d twist = LogSe2(last.T_odom_base.Inverse() * reading.T_odom_base) / seconds;
+    message.twist.twist.linear.x = twist.x();
+    message.twist.twist.linear.y = twist.y();
+    message.twist.twist.angular.z = twist.z();
+  }
+  impl_->last_reading = reading;
+  impl_->Write("/odom", stamp, message);
+  impl_->WriteTransform("/tf", transform);
+}
+
+void BagWriter::Write(const LaserFrame& frame) {
+  const PlanarScan& scan = frame.scan;
+  sensor_msgs::LaserScan message;
+  message.header.stamp = ToRos(scan.stamp);
+  message.header.frame_id = kLaser;
+  message.angle_min = static_cast<float>(scan.angle_min);
+  message.angle_increment = static_cast<float>(scan.angle_increment);
+  message.angle_max = static_cast<float>(
+      scan.angle_min + scan.angle_increment * static_cast<double>(std::max<std::size_t>(scan.ranges.size(), 1) - 1));
+  message.range_min = static_cast<float>(scan.range_min);
+  message.range_max = static_cast<float>(scan.range_max);
+  message.ranges = scan.ranges;
+  impl_->Write("/scan", message.header.stamp, message);
+}
+
+Expected<bool> BagWriter::Close() {
+  try {
+    impl_->bag.close();
+  } catch (const rosbag::BagException& exception) {
+    if (!impl_->error.has_value()) {
+      impl_->error = Error{fmt::format("{}: cannot be written: {}", impl_->path, exception.what())};
+    }
+  }
+  if (impl_->error.has_value()) return *impl_->error;
+  return true;
+}
+
+}  // namespace planar_vslam
