@@ -101,10 +101,6 @@ Eigen::Matrix<double, 6, 3> EvaluateMotion(const double* const* parameters, cons
 
 }  // namespace
 
-Eigen::Vector3d VelocityAt(const std::vector<OdometryReading>& readings, Timestamp t) {
-  return Velocity(readings, IntervalOf(readings, {t, 0.0}));
-}
-
 CorrectedMotion CorrectMotion(const std::vector<OdometryReading>& readings, Timestamp t_i, Timestamp t_j,
                               const OdometryCorrection& correction) {
   const Instant from{t_i, correction.time_offset}, to{t_j, correction.time_offset};
@@ -155,11 +151,17 @@ bool OdometryCalibrationFactor::Evaluate(double const* const* parameters, double
 
 bool DelayedMotionFactor::Evaluate(double const* const* parameters, double* residuals, double** jacobians) const {
   const double td = parameters[2][0];
-  const Rigid2 T = ExpSe2(-td * v_i_) * T_i_j_ * ExpSe2(td * v_j_);
+  const auto driven = [&](const ImageInstant& image) {
+    return PoseAt(image.around, {image.stamp, present_offset_}).Inverse() * PoseAt(image.around, {image.stamp, td});
+  };
+  const auto velocity = [&](const ImageInstant& image) {
+    return Velocity(image.around, IntervalOf(image.around, {image.stamp, td}));
+  };
+  const Rigid2 T = driven(i_).Inverse() * T_i_j_ * driven(j_);
   const Eigen::Matrix<double, 6, 3> by_motion = EvaluateMotion(parameters, T, sqrt_information_, residuals, jacobians);
   if (jacobians != nullptr && jacobians[2] != nullptr) {
     Eigen::Map<Vector6d> J(jacobians[2]);
-    J = by_motion * (v_j_ - AdjointSe2(T.Inverse()) * v_i_);
+    J = by_motion * (velocity(j_) - AdjointSe2(T.Inverse()) * velocity(i_));
   }
   return true;
 }

@@ -171,17 +171,13 @@ class CalibrationProblem {
     problem_->AddResidualBlock(&odometry_.back(), &motion_loss_, PoseOf(link.from), PoseOf(id), Scale(), Offset());
   }
 
-  // The sweeps were carried to their keyframes with the present offset: the factor's is what is added to that.
+  // The sweeps were carried to their keyframes with the present offset.
   void AddLaser(KeyframeId id, const Keyframe& keyframe, const OdometryLink& link) {
     const Timestamp from = map_.keyframes.At(link.from).stamp;
-    if (readings_.size() < 2) return;
-    const auto velocity = [this](Timestamp t) -> Eigen::Vector3d {
-      return present_.odometry.scale.cwiseProduct(VelocityAt(readings_, t));
-    };
-    const Eigen::Vector3d v_i = velocity(from), v_j = velocity(keyframe.stamp);
-    const Rigid2 T_at_zero = ExpSe2(present_.odometry.time_offset * v_i) * link.odometry.T_i_j *
-                             ExpSe2(-present_.odometry.time_offset * v_j);
-    laser_.emplace_back(T_at_zero, v_i, v_j, Weight(link));
+    ImageInstant i{Around(readings_, from, from), from},
+        j{Around(readings_, keyframe.stamp, keyframe.stamp), keyframe.stamp};
+    if (i.around.size() < 2 || j.around.size() < 2) return;
+    laser_.emplace_back(link.odometry.T_i_j, std::move(i), std::move(j), present_.odometry.time_offset, Weight(link));
     problem_->AddResidualBlock(&laser_.back(), &motion_loss_, PoseOf(link.from), PoseOf(id), Offset());
   }
 

@@ -128,8 +128,8 @@ void ExpectAllGradientsRight(const ceres::CostFunction& cost, const std::vector<
 TEST(OdometryCalibrationFactor, GradientsAreRightAndTruthIsZero) {
   const std::vector<OdometryReading> readings = Readings(3.0);
   const OdometryCorrection correction{{1.02, 0.97, 1.01}, 0.0301};
-  const Rigid3 T_i_j = Embed3(CorrectMotion(readings, At(0.505), At(1.513), correction).T_i_j);
-  const OdometryCalibrationFactor factor(readings, At(0.505), At(1.513), AnyWeight());
+  const Rigid3 T_i_j = Embed3(CorrectMotion(readings, At(0.4999), At(1.5199), correction).T_i_j);
+  const OdometryCalibrationFactor factor(readings, At(0.4999), At(1.5199), AnyWeight());
   std::mt19937 generator(4);
   for (const Rigid3& T_map_i : NastyPoses()) {
     const Rigid3 T_map_j = T_map_i * T_i_j;
@@ -145,19 +145,20 @@ TEST(OdometryCalibrationFactor, GradientsAreRightAndTruthIsZero) {
 }
 
 TEST(DelayedMotionFactor, GradientsAreRightAndTruthIsZero) {
-  const Rigid2 T_i_j(0.4, -0.1, 0.3);
-  const Eigen::Vector3d v_i(0.4, 0.1, 0.5), v_j(0.3, 0.0, -0.4);
-  constexpr double kOffset = 0.05;
-  const Rigid3 T_delayed = Embed3(ExpSe2(-kOffset * v_i) * T_i_j * ExpSe2(kOffset * v_j));
-  const DelayedMotionFactor factor(T_i_j, v_i, v_j, AnyWeight());
+  const std::vector<OdometryReading> readings = Readings(3.0);
+  constexpr double kPresent = 0.01, kOffset = 0.0301;
+  // The other sensor is right about odometry's clock; the images were taken later than was thought.
+  const Rigid2 T_thought = CorrectMotion(readings, At(0.4999), At(1.5199), {Eigen::Vector3d::Ones(), kPresent}).T_i_j;
+  const Rigid2 T_truth = CorrectMotion(readings, At(0.4999), At(1.5199), {Eigen::Vector3d::Ones(), kOffset}).T_i_j;
+  const DelayedMotionFactor factor(T_thought, {readings, At(0.4999)}, {readings, At(1.5199)}, kPresent, AnyWeight());
   std::mt19937 generator(5);
   for (const Rigid3& T_map_i : NastyPoses()) {
-    const Block truth_i = ToBlock(T_map_i), truth_j = ToBlock(T_map_i * T_delayed), offset{kOffset};
+    const Block truth_i = ToBlock(T_map_i), truth_j = ToBlock(T_map_i * Embed3(T_truth)), offset{kOffset};
     const double* parameters[] = {truth_i.data(), truth_j.data(), offset.data()};
     Vector6d residual;
     ASSERT_TRUE(factor.Evaluate(parameters, residual.data(), nullptr));
-    EXPECT_LT(residual.norm(), 1e-9);
-    const Rigid3 moved = T_map_i * T_delayed * ExpSe3(RandomTangent(generator, 0.2));
+    EXPECT_LT(residual.norm(), 1e-8);
+    const Rigid3 moved = T_map_i * Embed3(T_truth) * ExpSe3(RandomTangent(generator, 0.2));
     ExpectAllGradientsRight(factor, {truth_i, ToBlock(moved), offset}, 1e-6);
   }
 }

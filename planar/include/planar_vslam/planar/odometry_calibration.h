@@ -10,6 +10,7 @@
 // of T~ moves it by  de/dn = -Jr^-1(-e),  as  Log(Exp(-n) E) = e - Jl^-1(e) n.
 #include <ceres/ceres.h>
 
+#include <utility>
 #include <vector>
 
 #include "planar_vslam/geometry/rigid3.h"
@@ -59,23 +60,32 @@ class OdometryCalibrationFactor final : public ceres::SizedCostFunction<6, 7, 7,
   Matrix6d sqrt_information_;
 };
 
-// A motion measured by another sensor on odometry's clock (the laser), between bases at images i and j as that clock
-// had them for td = 0:  T~_i_j(td) = Exp(-td v_i) T_i_j Exp(td v_j), v the body velocities [x, y, angle] at both
-// images. Blocks: pose i (7), pose j (7), td (1). 6 residuals.
+// An image on odometry's clock: the readings around it, and where they are read.
+struct ImageInstant {
+  std::vector<OdometryReading> around;  // in time order, at least two
+  Timestamp stamp;                      // of the image
+};
+
+// A motion measured by another sensor on odometry's clock (the laser) between the bases at images i and j, under the
+// offset td_0 that was taken for right:  T~_i_j(td) = D_i(td)^-1 T_i_j D_j(td),  D(td) what odometry drove from t +
+// td_0 to t + td. By td, as a right perturbation:  v_j - Ad(T~_i_j^-1) v_i,  v the body velocities at t + td. Blocks:
+// pose i (7), pose j (7), td (1). 6 residuals.
 class DelayedMotionFactor final : public ceres::SizedCostFunction<6, 7, 7, 1> {
  public:
-  DelayedMotionFactor(const Rigid2& T_i_j, const Eigen::Vector3d& v_i, const Eigen::Vector3d& v_j,
+  DelayedMotionFactor(const Rigid2& T_i_j, ImageInstant i, ImageInstant j, double present_offset,
                       const Matrix6d& sqrt_information)
-      : T_i_j_(T_i_j), v_i_(v_i), v_j_(v_j), sqrt_information_(sqrt_information) {}
+      : T_i_j_(T_i_j),
+        i_(std::move(i)),
+        j_(std::move(j)),
+        present_offset_(present_offset),
+        sqrt_information_(sqrt_information) {}
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
 
  private:
   Rigid2 T_i_j_;
-  Eigen::Vector3d v_i_, v_j_;
+  ImageInstant i_, j_;
+  double present_offset_;  // s
   Matrix6d sqrt_information_;
 };
-
-// Body velocity [x, y, angle] at `t`, as read.
-Eigen::Vector3d VelocityAt(const std::vector<OdometryReading>& readings, Timestamp t);
 
 }  // namespace planar_vslam
