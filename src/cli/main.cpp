@@ -22,6 +22,7 @@ int Main(int argc, char** argv) {
   int exit_code = kExitSuccess;
   AddRun(app, &exit_code);
   AddEvaluate(app, &exit_code);
+  AddGrid(app, &exit_code);
   AddGridScore(app, &exit_code);
   AddSimulate(app, &exit_code);
   AddMap(app, &exit_code);
