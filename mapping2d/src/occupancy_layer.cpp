@@ -32,9 +32,9 @@ void OccupancyLayer::Add(const Sighting& sighting, int epoch, int times) {
     const Sighting::Marks& marks = sighting.marks(i);
     Block& block = blocks_[number];
     for (std::size_t cell = 0; cell < kBlockCells; ++cell) {
-      if (marks[cell] == Sighting::kUnseen || marks[cell] == Sighting::kSpared) continue;
-      block[cell].sum += times * units_of_mark_[marks[cell]];
-      block[cell].seen += times;
+      const std::int32_t units = units_of_mark_[marks[cell]];  // 0 where nothing was seen, or spared
+      block[cell].sum += times * units;
+      block[cell].seen += units != 0 ? times : 0;
     }
   }
 }

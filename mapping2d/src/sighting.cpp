@@ -1,14 +1,14 @@
 #include "sighting.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
 namespace planar_vslam {
-namespace {
 
 // Steps along one axis of the lattice, and where on the ray (0 at its start, 1 at its end) the next one is due.
-struct Axis {
+struct Sighting::Axis {
   std::int32_t step;
   std::int32_t left;
   double next;
@@ -28,8 +28,6 @@ struct Axis {
   }
 };
 
-}  // namespace
-
 Sighting::Marks& Sighting::Block(const VoxelIndex& voxel) {
   const std::uint32_t number = index_.FindOrInsert(BlockOf(voxel));
   if (number == marks_.size()) marks_.emplace_back().fill(kUnseen);
@@ -40,10 +38,50 @@ void Sighting::AddFreeRay(const Eigen::Vector3d& from, const Eigen::Vector3d& to
   const Eigen::Vector3d start = from * voxels_per_meter_, end = to * voxels_per_meter_;
   const std::optional<VoxelIndex> first = VoxelOf(start), last = VoxelOf(end);
   if (!first.has_value() || !last.has_value()) return;
-  Axis x(start.x(), end.x(), first->x, last->x), y(start.y(), end.y(), first->y, last->y),
-      z(start.z(), end.z(), first->z, last->z);
+  if (first->z == last->z) {
+    TraceLevel(start.head<2>(), end.head<2>(), *first, *last);
+  } else {
+    Trace(*first, Axis(start.x(), end.x(), first->x, last->x), Axis(start.y(), end.y(), first->y, last->y),
+          Axis(start.z(), end.z(), first->z, last->z));
+  }
+}
+
+// The same for scans, which are level and many: for each row of voxels across the longer axis the two that the ray
+// enters and leaves it by. Unlike step by step, no row waits for the one before.
+void Sighting::TraceLevel(const Eigen::Vector2d& start, const Eigen::Vector2d& end, const VoxelIndex& first,
+                          const VoxelIndex& last) {
+  const int major = std::abs(last.x - first.x) >= std::abs(last.y - first.y) ? 0 : 1, minor = 1 - major;
+  const std::array<std::int32_t, 2> from = {first.x, first.y}, to = {last.x, last.y};
+  const std::int32_t step = to[major] > from[major] ? 1 : -1, rows = std::abs(to[major] - from[major]);
+  const double slope = rows > 0 ? (end[minor] - start[minor]) / (end[major] - start[major]) : 0.0;
+  // Where the ray leaves the first row, in voxels of the lattice.
+  const double leaves = from[major] + (step > 0 ? 1 : 0) - (start[major] + kLatticeReach);
+  const double at_first = start[minor] + kLatticeReach + slope * leaves, per_row = slope * step;
+  const auto [low, high] = std::minmax(from[minor], to[minor]);
+  std::int32_t block_x = -1, block_y = -1;
+  std::uint8_t* marks = nullptr;
+  const auto mark_free = [&](std::int32_t along, std::int32_t across) {
+    const VoxelIndex at{major == 0 ? along : across, major == 0 ? across : along, first.z};
+    if (at.x >> kBlockBits != block_x || at.y >> kBlockBits != block_y) {
+      block_x = at.x >> kBlockBits;
+      block_y = at.y >> kBlockBits;
+      marks = Block(at).data();
+    }
+    std::uint8_t& mark = marks[CellOf(at)];
+    mark = std::max(mark, kFree);
+  };
+  std::int32_t enters = from[minor];
+  for (std::int32_t row = 0; row < rows; ++row) {
+    const auto exits = std::clamp(static_cast<std::int32_t>(at_first + row * per_row), low, high);
+    mark_free(from[major] + row * step, enters);
+    mark_free(from[major] + row * step, exits);
+    enters = exits;
+  }
+  if (enters != to[minor]) mark_free(to[major], enters);
+}
+
+void Sighting::Trace(VoxelIndex at, Axis x, Axis y, Axis z) {
   const std::int32_t steps = x.left + y.left + z.left;
-  VoxelIndex at = *first;
   BlockKey block = 0;
   Marks* marks = nullptr;
   for (std::int32_t i = 0; i < steps; ++i) {

@@ -36,6 +36,10 @@ class Sighting {
   void Clear();
 
  private:
+  struct Axis;
+  void TraceLevel(const Eigen::Vector2d& start, const Eigen::Vector2d& end, const VoxelIndex& first,
+                  const VoxelIndex& last);
+  void Trace(VoxelIndex at, Axis x, Axis y, Axis z);
   Marks& Block(const VoxelIndex& voxel);
   void Raise(const VoxelIndex& voxel, std::uint8_t mark);
 
