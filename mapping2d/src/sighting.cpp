@@ -34,23 +34,12 @@ Sighting::Marks& Sighting::Block(const VoxelIndex& voxel) {
   return marks_[number];
 }
 
-void Sighting::AddFreeRay(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
-  const Eigen::Vector3d start = from * voxels_per_meter_, end = to * voxels_per_meter_;
-  const std::optional<VoxelIndex> first = VoxelOf(start), last = VoxelOf(end);
-  if (!first.has_value() || !last.has_value()) return;
-  if (first->z == last->z) {
-    TraceLevel(start.head<2>(), end.head<2>(), *first, *last);
-  } else {
-    Trace(*first, Axis(start.x(), end.x(), first->x, last->x), Axis(start.y(), end.y(), first->y, last->y),
-          Axis(start.z(), end.z(), first->z, last->z));
-  }
-}
-
-// The same for scans, which are level and many: for each row of voxels across the longer axis the two that the ray
+// Scans are level and many: for each row of voxels across the longer axis the two that the ray
 // enters and leaves it by. Unlike step by step, no row waits for the one before.
+template <int major>
 void Sighting::TraceLevel(const Eigen::Vector2d& start, const Eigen::Vector2d& end, const VoxelIndex& first,
                           const VoxelIndex& last) {
-  const int major = std::abs(last.x - first.x) >= std::abs(last.y - first.y) ? 0 : 1, minor = 1 - major;
+  constexpr int minor = 1 - major;
   const std::array<std::int32_t, 2> from = {first.x, first.y}, to = {last.x, last.y};
   const std::int32_t step = to[major] > from[major] ? 1 : -1, rows = std::abs(to[major] - from[major]);
   const double slope = rows > 0 ? (end[minor] - start[minor]) / (end[major] - start[major]) : 0.0;
@@ -74,7 +63,7 @@ void Sighting::TraceLevel(const Eigen::Vector2d& start, const Eigen::Vector2d& e
   for (std::int32_t row = 0; row < rows; ++row) {
     const auto exits = std::clamp(static_cast<std::int32_t>(at_first + row * per_row), low, high);
     mark_free(from[major] + row * step, enters);
-    mark_free(from[major] + row * step, exits);
+    if (exits != enters) mark_free(from[major] + row * step, exits);
     enters = exits;
   }
   if (enters != to[minor]) mark_free(to[major], enters);
@@ -96,6 +85,20 @@ void Sighting::Trace(VoxelIndex at, Axis x, Axis y, Axis z) {
     } else {
       y.next < z.next ? y.Advance(&at.y) : z.Advance(&at.z);
     }
+  }
+}
+
+void Sighting::AddFreeRay(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+  const Eigen::Vector3d start = from * voxels_per_meter_, end = to * voxels_per_meter_;
+  const std::optional<VoxelIndex> first = VoxelOf(start), last = VoxelOf(end);
+  if (!first.has_value() || !last.has_value()) return;
+  if (first->z == last->z) {
+    const bool along_x = std::abs(last->x - first->x) >= std::abs(last->y - first->y);
+    const auto trace = along_x ? &Sighting::TraceLevel<0> : &Sighting::TraceLevel<1>;
+    (this->*trace)(start.head<2>(), end.head<2>(), *first, *last);
+  } else {
+    Trace(*first, Axis(start.x(), end.x(), first->x, last->x), Axis(start.y(), end.y(), first->y, last->y),
+          Axis(start.z(), end.z(), first->z, last->z));
   }
 }
 

@@ -37,6 +37,7 @@ class Sighting {
 
  private:
   struct Axis;
+  template <int major>  // the longer axis
   void TraceLevel(const Eigen::Vector2d& start, const Eigen::Vector2d& end, const VoxelIndex& first,
                   const VoxelIndex& last);
   void Trace(VoxelIndex at, Axis x, Axis y, Axis z);
