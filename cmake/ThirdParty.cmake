@@ -11,7 +11,8 @@ pv_third_party(eigen LIBRARIES Eigen3::Eigen)
 pv_third_party(opencv INCLUDES ${OpenCV_INCLUDE_DIRS} LIBRARIES ${OpenCV_LIBS})
 pv_third_party(ceres LIBRARIES Ceres::ceres)
 # PCL_LIBRARIES would pull in VTK and Qt through pcl_io's exported dependencies.
-pv_third_party(pcl INCLUDES ${PCL_INCLUDE_DIRS} LIBRARIES pcl_common pcl_filters pcl_io pcl_search pcl_kdtree pcl_sample_consensus)
+pv_third_party(pcl INCLUDES ${PCL_INCLUDE_DIRS} LIBRARIES pcl_common pcl_filters pcl_io pcl_search pcl_kdtree pcl_sample_consensus
+  pcl_surface)
 pv_third_party(octomap INCLUDES ${OCTOMAP_INCLUDE_DIRS} LIBRARIES ${OCTOMAP_LIBRARIES})
 pv_third_party(yaml LIBRARIES yaml-cpp)
 pv_third_party(json LIBRARIES nlohmann_json::nlohmann_json)

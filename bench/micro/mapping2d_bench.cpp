@@ -1,57 +1,141 @@
-// Rays into the occupancy layers: a laser sweep in a square room of the given half width in metres, and the grid made
-// of what they left.
+// Scans into the navigation map, beside OctoMap's own ray by ray, and the price of a loop closure. The laser stands in
+// made-up rooms: 541 beams over 270 degrees, 8 m, cells of 5 cm.
 #include <benchmark/benchmark.h>
+#include <octomap/octomap.h>
 
-#include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
+#include <vector>
 
 #include "planar_vslam/mapping2d/map_builder.h"
 
 namespace planar_vslam {
 namespace {
 
-constexpr int kBeams = 360;
-constexpr double kIncrement = 2.0 * M_PI / kBeams;  // rad
+constexpr int kBeams = 541;
+constexpr double kStep = DegreesToRadians(0.5);
+constexpr double kFirst = DegreesToRadians(-135.0);
+constexpr double kRange = 8.0;       // m
+constexpr double kHeight = 0.25;     // m
+constexpr double kRoom = 6.0;        // m, half the side of the room
+constexpr double kPillarGrid = 3.0;  // m between round pillars
+constexpr double kPillar = 0.2;      // m, their radius
 
-std::vector<float> SweepOfRoom(double half_width) {
-  std::vector<float> ranges;
-  for (int i = 0; i < kBeams; ++i) {
-    const double angle = -M_PI + kIncrement * i;
-    ranges.push_back(static_cast<float>(half_width / std::max(std::abs(std::cos(angle)), std::abs(std::sin(angle)))));
+// Distance to the room's walls and pillars, infinity beyond the laser's range.
+float Measure(const Eigen::Vector2d& from, double angle) {
+  const Eigen::Vector2d direction(std::cos(angle), std::sin(angle));
+  double nearest = std::numeric_limits<double>::infinity();
+  for (int axis = 0; axis < 2; ++axis) {
+    const double wall = direction[axis] > 0.0 ? kRoom : -kRoom;
+    if (direction[axis] != 0.0) nearest = std::min(nearest, (wall - from[axis]) / direction[axis]);
   }
-  return ranges;
+  for (double x = -kPillarGrid; x <= kPillarGrid; x += kPillarGrid) {
+    for (double y = -kPillarGrid; y <= kPillarGrid; y += kPillarGrid) {
+      const Eigen::Vector2d to = Eigen::Vector2d(x, y) - from;
+      const double along = to.dot(direction), across2 = to.squaredNorm() - along * along;
+      if (along > 0.0 && across2 < kPillar * kPillar)
+        nearest = std::min(nearest, along - std::sqrt(kPillar * kPillar - across2));
+    }
+  }
+  return nearest < kRange ? static_cast<float>(nearest) : std::numeric_limits<float>::infinity();
 }
 
-PosedScan ScanWith(const std::vector<float>& ranges) {
+struct Sweep {
+  Rigid2 T_map_laser;
+  std::vector<float> ranges;
+};
+
+// A drive in a circle between the pillars.
+std::vector<Sweep> Drive(int count) {
+  constexpr double kRadius = 1.7;  // m
+  std::vector<Sweep> sweeps;
+  for (int i = 0; i < count; ++i) {
+    const double turn = 2.0 * M_PI * i / count;
+    Sweep sweep;
+    sweep.T_map_laser = Rigid2(kRadius * std::cos(turn), kRadius * std::sin(turn), turn + M_PI_2);
+    for (int beam = 0; beam < kBeams; ++beam) {
+      sweep.ranges.push_back(Measure(sweep.T_map_laser.translation, sweep.T_map_laser.angle + kFirst + beam * kStep));
+    }
+    sweeps.push_back(std::move(sweep));
+  }
+  return sweeps;
+}
+
+PosedScan ScanOf(const Sweep& sweep, const Rigid2& T_new_old, int epoch) {
   PosedScan scan;
-  scan.T_map_laser = Rigid3(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0.01, 0.02, 0.3));
-  scan.angle_min = -M_PI;
-  scan.angle_increment = kIncrement;
-  scan.range_min = 0.05;
-  scan.range_max = 10.0;
-  scan.ranges = &ranges;
+  scan.T_map_laser = Embed3(T_new_old * sweep.T_map_laser);
+  scan.angle_min = kFirst;
+  scan.angle_increment = kStep;
+  scan.range_max = kRange;
+  scan.ranges = &sweep.ranges;
+  scan.level_height = kHeight;
+  scan.epoch = epoch;
   return scan;
 }
 
-// Into a map that knows the room: what all sweeps but the first ones meet.
 void InsertScan(benchmark::State& state) {
-  const std::vector<float> ranges = SweepOfRoom(static_cast<double>(state.range(0)));
-  const PosedScan scan = ScanWith(ranges);
-  MapBuilder builder(MapBuilderOptions{});
-  builder.InsertScan(scan);
-  for (auto _ : state) builder.InsertScan(scan);
-  state.SetItemsProcessed(state.iterations() * kBeams);  // rays
-  state.counters["voxels"] = static_cast<double>(builder.VoxelCount());
+  const std::vector<Sweep> sweeps = Drive(200);
+  std::size_t bytes = 0;
+  for (auto _ : state) {
+    MapBuilder builder{MapBuilderOptions{}};
+    for (const Sweep& sweep : sweeps) builder.InsertScan(ScanOf(sweep, Rigid2(), 0));
+    bytes = builder.MemoryBytes();
+  }
+  state.counters["scans_per_second"] =
+      benchmark::Counter(200.0 * static_cast<double>(state.iterations()), benchmark::Counter::kIsRate);
+  state.counters["bytes_per_m2"] = static_cast<double>(bytes) / (4.0 * kRoom * kRoom);
 }
-BENCHMARK(InsertScan)->Arg(2)->Arg(5)->Unit(benchmark::kMicrosecond);
+BENCHMARK(InsertScan)->Unit(benchmark::kMillisecond);
 
-void MakeGrid(benchmark::State& state) {
-  const std::vector<float> ranges = SweepOfRoom(static_cast<double>(state.range(0)));
-  MapBuilder builder(MapBuilderOptions{});
-  for (int i = 0; i < 3; ++i) builder.InsertScan(ScanWith(ranges));
-  for (auto _ : state) benchmark::DoNotOptimize(builder.Grid());
+void OctomapInsertPointCloud(benchmark::State& state) {
+  const std::vector<Sweep> sweeps = Drive(200);
+  std::size_t bytes = 0;
+  for (auto _ : state) {
+    octomap::OcTree tree(0.05);
+    for (const Sweep& sweep : sweeps) {
+      octomap::Pointcloud cloud;
+      for (int beam = 0; beam < kBeams; ++beam) {
+        const double angle = sweep.T_map_laser.angle + kFirst + beam * kStep;
+        // Beyond the range given below a beam clears only, as those without return do.
+        const float range = sweep.ranges[static_cast<std::size_t>(beam)];
+        const double length = std::isfinite(range) ? range : kRange + 1.0;
+        const Eigen::Vector2d end =
+            sweep.T_map_laser.translation + length * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+        cloud.push_back(static_cast<float>(end.x()), static_cast<float>(end.y()), static_cast<float>(kHeight));
+      }
+      const octomap::point3d origin(static_cast<float>(sweep.T_map_laser.translation.x()),
+                                    static_cast<float>(sweep.T_map_laser.translation.y()), static_cast<float>(kHeight));
+      tree.insertPointCloud(cloud, origin, kRange, /*lazy_eval=*/state.range(0) != 0);
+    }
+    bytes = tree.memoryUsage();
+  }
+  state.counters["scans_per_second"] =
+      benchmark::Counter(200.0 * static_cast<double>(state.iterations()), benchmark::Counter::kIsRate);
+  state.counters["bytes_per_m2"] = static_cast<double>(bytes) / (4.0 * kRoom * kRoom);
 }
-BENCHMARK(MakeGrid)->Arg(2)->Arg(5)->Unit(benchmark::kMicrosecond);
+BENCHMARK(OctomapInsertPointCloud)->ArgName("lazy")->Arg(0)->Arg(1)->Unit(benchmark::kMillisecond);
+
+// 300 keyframes of the argument's number of scans each move: the half of the map that a loop closure bends. The other
+// 300 stay. The grid is read, too.
+void LoopClosure(benchmark::State& state) {
+  constexpr int kKeyframes = 600, kMoved = 300, kInEpoch = 16;
+  const int each = static_cast<int>(state.range(0));
+  const std::vector<Sweep> sweeps = Drive(kKeyframes * each);
+  MapBuilder builder{MapBuilderOptions{}};
+  const auto epoch = [&](std::size_t i) { return static_cast<int>(i) / each / kInEpoch; };
+  for (std::size_t i = 0; i < sweeps.size(); ++i) builder.InsertScan(ScanOf(sweeps[i], Rigid2(), epoch(i)));
+  std::array<Rigid2, 2> T_new_old = {Rigid2(), Rigid2(0.2, -0.1, 0.02)};
+  for (auto _ : state) {
+    for (std::size_t i = 0; i < static_cast<std::size_t>(kMoved * each); ++i) {
+      builder.RemoveScan(ScanOf(sweeps[i], T_new_old[0], epoch(i)));
+      builder.InsertScan(ScanOf(sweeps[i], T_new_old[1], epoch(i)));
+    }
+    std::swap(T_new_old[0], T_new_old[1]);
+    benchmark::DoNotOptimize(builder.Grid());
+  }
+}
+BENCHMARK(LoopClosure)->ArgName("scans")->Arg(1)->Arg(3)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace planar_vslam

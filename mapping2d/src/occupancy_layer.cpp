@@ -6,70 +6,67 @@
 namespace planar_vslam {
 namespace {
 
-constexpr float kNotHit = -1.0F;  // hits are evidence from 0 up
-
-octomap::point3d ToOctomap(const Eigen::Vector3d& p) {
-  const Eigen::Vector3f f = p.cast<float>();
-  return {f.x(), f.y(), f.z()};
-}
-
-float FloatLogOdds(double probability) { return static_cast<float>(LogOdds(probability)); }
+constexpr unsigned kEpochBits = 24;  // beside the 40 of a block's key
 
 }  // namespace
 
 double LogOdds(double probability) { return std::log(probability / (1.0 - probability)); }
 
-VoxelKey Pack(const octomap::OcTreeKey& key) {
-  return (VoxelKey{key[0]} << 32U) | (VoxelKey{key[1]} << 16U) | VoxelKey{key[2]};
-}
+std::int32_t ToUnits(double log_odds) { return static_cast<std::int32_t>(std::lround(log_odds * kUnitsPerNat)); }
 
-octomap::OcTreeKey Unpack(VoxelKey key) {
-  return {static_cast<octomap::key_type>((key >> 32U) & 0xFFFFU),
-          static_cast<octomap::key_type>((key >> 16U) & 0xFFFFU), static_cast<octomap::key_type>(key & 0xFFFFU)};
-}
-
-OccupancyLayer::OccupancyLayer(const SensorModel& model, double resolution, double clamp_min, double clamp_max)
-    : lattice_(resolution),
-      free_log_odds_(FloatLogOdds(model.p_miss)),
-      hit_log_odds_(FloatLogOdds(model.p_hit)),
-      min_log_odds_(FloatLogOdds(clamp_min)),
-      max_log_odds_(FloatLogOdds(clamp_max)) {}
-
-Voxel& OccupancyLayer::Touch(const octomap::OcTreeKey& key) {
-  const std::uint32_t index = table_.FindOrInsert(Pack(key));
-  Voxel& voxel = table_[index];
-  if (voxel.observation != observation_) {
-    voxel.observation = observation_;
-    voxel.hit = kNotHit;
-    touched_.push_back(index);
+OccupancyLayer::OccupancyLayer(const SensorModel& model, double clamp_min, double clamp_max)
+    : min_units_(ToUnits(LogOdds(clamp_min))), max_units_(ToUnits(LogOdds(clamp_max))) {
+  units_of_mark_[Sighting::kFree] = ToUnits(LogOdds(model.p_miss));
+  for (int mark = Sighting::kLightestHit; mark <= Sighting::kFullHit; ++mark) {
+    const double weight = Sighting::WeightOf(static_cast<std::uint8_t>(mark));
+    units_of_mark_[static_cast<std::size_t>(mark)] = ToUnits(weight * LogOdds(model.p_hit));
   }
-  return voxel;
 }
 
-void OccupancyLayer::AddFreeRay(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
-  const octomap::point3d start = ToOctomap(from), end = ToOctomap(to);
-  octomap::OcTreeKey ignored;
-  // Asked first, because computeRayKeys prints a warning for each such ray.
-  if (!lattice_.coordToKeyChecked(start, ignored) || !lattice_.coordToKeyChecked(end, ignored)) return;
-  lattice_.computeRayKeys(start, end, ray_);
-  for (const octomap::OcTreeKey& key : ray_) Touch(key);
-}
-
-void OccupancyLayer::AddHit(const Eigen::Vector3d& point, double weight) {
-  octomap::OcTreeKey key;
-  if (!lattice_.coordToKeyChecked(ToOctomap(point), key)) return;
-  Voxel& voxel = Touch(key);
-  voxel.hit = std::max(voxel.hit, static_cast<float>(weight) * hit_log_odds_);
-}
-
-void OccupancyLayer::Commit() {
-  for (const std::uint32_t index : touched_) {
-    Voxel& voxel = table_[index];
-    const float evidence = voxel.hit == kNotHit ? free_log_odds_ : voxel.hit;
-    voxel.log_odds = std::clamp(voxel.log_odds + evidence, min_log_odds_, max_log_odds_);
+void OccupancyLayer::Add(const Sighting& sighting, int epoch, int times) {
+  PV_CHECK(epoch >= 0 && epoch < 1 << kEpochBits, "epoch=" << epoch);
+  for (std::size_t i = 0; i < sighting.blocks().size(); ++i) {
+    const BlockKey key = sighting.blocks()[i] << kEpochBits | static_cast<BlockKey>(epoch);
+    const std::uint32_t number = index_.FindOrInsert(key);
+    if (number == blocks_.size()) blocks_.emplace_back();
+    const Sighting::Marks& marks = sighting.marks(i);
+    Block& block = blocks_[number];
+    for (std::size_t cell = 0; cell < kBlockCells; ++cell) {
+      const std::int32_t units = units_of_mark_[marks[cell]];  // 0 where nothing was seen, or spared
+      block[cell].sum += times * units;
+      block[cell].seen += units != 0 ? times : 0;
+    }
   }
-  touched_.clear();
-  ++observation_;
+}
+
+void OccupancyLayer::Clear() {
+  index_.Clear();
+  blocks_.clear();
+}
+
+std::vector<OccupancyLayer::FoldedBlock> OccupancyLayer::Fold() const {
+  std::vector<BlockKey> keys = index_.keys();
+  std::sort(keys.begin(), keys.end());
+  std::vector<FoldedBlock> folded;
+  for (const BlockKey key : keys) {
+    const Block& block = blocks_[index_.Find(key)];
+    const auto seen = [](const Evidence& e) { return e.seen > 0; };
+    if (std::none_of(block.begin(), block.end(), seen)) continue;  // all taken out again
+    if (folded.empty() || folded.back().key != key >> kEpochBits) {
+      folded.push_back({key >> kEpochBits, {}});
+      folded.back().log_odds.fill(kUnknown);
+    }
+    for (std::size_t cell = 0; cell < kBlockCells; ++cell) {
+      if (!seen(block[cell])) continue;
+      std::int32_t& value = folded.back().log_odds[cell];
+      value = std::clamp((value == kUnknown ? 0 : value) + block[cell].sum, min_units_, max_units_);
+    }
+  }
+  return folded;
+}
+
+std::size_t OccupancyLayer::MemoryBytes() const {
+  return blocks_.size() * (sizeof(Block) + sizeof(BlockKey) + 2 * sizeof(std::uint32_t));
 }
 
 }  // namespace planar_vslam

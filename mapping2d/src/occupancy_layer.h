@@ -1,47 +1,52 @@
 #pragma once
-// The voxels one kind of sensor has seen, as clamped log-odds (the update rule of OctoMap: Hornung et al. 2013, Eq. 4).
-// Evidence is collected for one observation (a scan, a keyframe), then committed: each voxel changes once, and occupied
-// wins over free. Rays cross most voxels many times, so they live in a table; an octree is made of them for export.
-#include <octomap/octomap.h>
-
-#include <Eigen/Core>
+// The voxels one kind of sensor has seen. Evidence is a sum of whole numbers, so that what was added can be taken out
+// again and neither order nor history leaves a trace. Sums are kept per epoch (a stretch of the drive) and clamped
+// when read, epoch after epoch as in OctoMap (Hornung et al. 2013, Eq. 4): a later epoch overrules an earlier one.
+#include <array>
 #include <cstdint>
 #include <vector>
 
 #include "planar_vslam/mapping2d/map_builder.h"
-#include "voxel_table.h"
+#include "sighting.h"
 
 namespace planar_vslam {
 
 // log(p / (1 - p))
 double LogOdds(double probability);
 
-VoxelKey Pack(const octomap::OcTreeKey& key);
-octomap::OcTreeKey Unpack(VoxelKey key);
+// Log-odds in whole numbers.
+constexpr double kUnitsPerNat = 1000.0;
+std::int32_t ToUnits(double log_odds);
 
 class OccupancyLayer {
  public:
-  OccupancyLayer(const SensorModel& model, double resolution, double clamp_min, double clamp_max);
+  static constexpr std::int32_t kUnknown = INT32_MIN;
+  struct FoldedBlock {
+    BlockKey key = 0;
+    std::array<std::int32_t, kBlockCells> log_odds{};  // units; kUnknown where nothing was seen
+  };
 
-  // Voxels from `from` up to, not including, the one that holds `to` were seen through. A ray that leaves the lattice
-  // (32768 voxels each way from the origin) is ignored.
-  void AddFreeRay(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
-  // The voxel of `point` was hit, with `weight` in [0, 1] of the sensor model's evidence; of several hits on a voxel
-  // the heaviest counts.
-  void AddHit(const Eigen::Vector3d& point, double weight);
-  void Commit();
+  OccupancyLayer(const SensorModel& model, double clamp_min, double clamp_max);
 
-  const VoxelTable& table() const { return table_; }
+  // Each voxel of the sighting changes once. `times` is 1, or -1 to take out what 1 put in.
+  void Add(const Sighting& sighting, int epoch, int times);
+  void Clear();
+
+  // All blocks with a known voxel, by ascending key.
+  std::vector<FoldedBlock> Fold() const;
+  std::size_t MemoryBytes() const;
 
  private:
-  Voxel& Touch(const octomap::OcTreeKey& key);
+  struct Evidence {
+    std::int32_t sum = 0;   // units
+    std::int32_t seen = 0;  // sightings in the sum
+  };
+  using Block = std::array<Evidence, kBlockCells>;
 
-  octomap::OcTree lattice_;  // stays empty: casts rays and makes keys
-  octomap::KeyRay ray_;
-  float free_log_odds_, hit_log_odds_, min_log_odds_, max_log_odds_;
-  VoxelTable table_;
-  std::uint32_t observation_ = 1;
-  std::vector<std::uint32_t> touched_;  // indices of the voxels of the observation in progress, each once
+  std::array<std::int32_t, 256> units_of_mark_{};
+  std::int32_t min_units_, max_units_;
+  BlockIndex index_;  // of block key and epoch
+  std::vector<Block> blocks_;
 };
 
 }  // namespace planar_vslam

@@ -23,6 +23,7 @@ int Main(int argc, char** argv) {
   AddRun(app, &exit_code);
   AddCalibrate(app, &exit_code);
   AddEvaluate(app, &exit_code);
+  AddGrid(app, &exit_code);
   AddGridScore(app, &exit_code);
   AddSimulate(app, &exit_code);
   AddMap(app, &exit_code);

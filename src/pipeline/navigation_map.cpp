@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "planar_vslam/geometry/triangulation.h"
@@ -9,7 +10,19 @@
 namespace planar_vslam {
 namespace {
 
-// Widest angle between the rays from the observers to the landmark, and the depth sigma it gives at `distance`.
+// A laser mounted within this of level is level; one that is tilted on purpose looks down by more.
+constexpr double kLevelTilt = DegreesToRadians(3.0);
+
+// Keyframes in an epoch: a few dozen sweeps, so that one epoch of seeing through a place clears it, and one of a few
+// stray beams does not.
+constexpr std::uint32_t kKeyframesInEpoch = 16;
+
+int EpochOf(KeyframeId id) { return static_cast<int>(id.value / kKeyframesInEpoch); }
+
+// Accepted landmarks with their depth sigma relative to the distance.
+using AcceptedLandmarks = std::map<LandmarkId, double>;
+
+// Widest angle between the rays from the observers to the landmark.
 double WidestParallax(const Map& map, const Landmark& landmark) {
   double widest = 0.0;
   const Eigen::Vector3d first = map.keyframes.At(landmark.observations.front().keyframe).T_map_camera().translation;
@@ -21,68 +34,215 @@ double WidestParallax(const Map& map, const Landmark& landmark) {
 }
 
 // Depth sigma of a ray intersection: the pixel's angle times distance over the sine of the parallax.
-std::optional<double> AcceptedDepthSigma(const Map& map, const Landmark& landmark, double distance,
-                                         const CameraModel& camera, const LandmarkAcceptance& a) {
+std::optional<double> RelativeDepthSigma(const Map& map, const Landmark& landmark, const CameraModel& camera,
+                                         const LandmarkAcceptance& a) {
   if (static_cast<int>(landmark.observations.size()) < a.min_observations || landmark.p_map.z() < a.min_height)
     return std::nullopt;
   const double parallax = WidestParallax(map, landmark);
   if (parallax < a.min_parallax) return std::nullopt;
-  const double sigma = distance * (a.pixel_sigma / camera.fx) / std::sin(std::min(parallax, M_PI / 2.0));
-  if (sigma > a.max_relative_depth_sigma * distance) return std::nullopt;
-  return sigma;
+  const double sigma = a.pixel_sigma / camera.fx / std::sin(std::min(parallax, M_PI / 2.0));
+  return sigma <= a.max_relative_depth_sigma ? std::optional<double>(sigma) : std::nullopt;
 }
 
-PosedPoints PointsSeenBy(const Map& map, const Keyframe& keyframe, const CameraModel& camera,
-                         const LandmarkAcceptance& a) {
+double NearestObserver(const Map& map, const Landmark& landmark) {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const Observation& o : landmark.observations) {
+    const Eigen::Vector3d center = map.keyframes.At(o.keyframe).T_map_camera().translation;
+    nearest = std::min(nearest, (landmark.p_map - center).norm());
+  }
+  return nearest;
+}
+
+// Landmarks of usable depth.
+AcceptedLandmarks Triangulated(const Map& map, const CameraModel& camera, const LandmarkAcceptance& acceptance) {
+  AcceptedLandmarks triangulated;
+  for (const auto& [id, landmark] : map.landmarks) {
+    const std::optional<double> sigma = RelativeDepthSigma(map, landmark, camera, acceptance);
+    if (sigma.has_value()) triangulated.emplace_hint(triangulated.end(), id, *sigma);
+  }
+  return triangulated;
+}
+
+// Those of them that say something of single cells, alone as they are.
+AcceptedLandmarks Accept(const Map& map, const AcceptedLandmarks& triangulated, const LandmarkAcceptance& acceptance) {
+  std::vector<AcceptedLandmarks::value_type> candidates;
+  std::vector<Eigen::Vector3d> positions;
+  for (const auto& [id, sigma] : triangulated) {
+    const Landmark& landmark = map.landmarks.At(id);
+    if (sigma * NearestObserver(map, landmark) > acceptance.max_depth_sigma) continue;
+    candidates.emplace_back(id, sigma);
+    positions.push_back(landmark.p_map);
+  }
+  AcceptedLandmarks accepted;
+  for (const int i : RadiusInliers(positions, acceptance.neighbor_radius, acceptance.min_neighbors)) {
+    accepted.insert(candidates[static_cast<std::size_t>(i)]);
+  }
+  return accepted;
+}
+
+// Faces stand on many points, so each of them may be less certain.
+std::vector<Overhang> Overhangs(const Map& map, const AcceptedLandmarks& triangulated, const OverhangOptions& options) {
+  std::vector<Eigen::Vector3d> positions;
+  for (const auto& [id, sigma] : triangulated) positions.push_back(map.landmarks.At(id).p_map);
+  return FindOverhangs(positions, options);
+}
+
+PosedPoints PointsSeenBy(const Map& map, const Keyframe& keyframe, const AcceptedLandmarks& accepted) {
   PosedPoints points;
   points.camera_in_map = keyframe.T_map_camera().translation;
   for (const LandmarkId id : keyframe.landmarks) {
-    if (!id.valid()) continue;
-    const Landmark& landmark = map.landmarks.At(id);
-    const double distance = (landmark.p_map - points.camera_in_map).norm();
-    const std::optional<double> sigma = AcceptedDepthSigma(map, landmark, distance, camera, a);
-    if (sigma.has_value()) points.points.push_back({landmark.p_map, *sigma});
+    const auto entry = id.valid() ? accepted.find(id) : accepted.end();
+    if (entry == accepted.end()) continue;
+    const Eigen::Vector3d& p_map = map.landmarks.At(id).p_map;
+    points.points.push_back({p_map, entry->second * (p_map - points.camera_in_map).norm()});
   }
   return points;
 }
 
 // Steps along the straight line that odometry says was driven; a curve's chord is not where the robot was.
-void MarkDrivenLine(const Map& map, const Keyframe& keyframe, MapBuilder* builder) {
-  if (!keyframe.odometry_link.has_value()) return;
+std::vector<Eigen::Vector2d> DrivenLine(const Map& map, const Keyframe& keyframe) {
+  if (!keyframe.odometry_link.has_value()) return {};
   constexpr double kStep = 0.05;           // m
   constexpr double kStraight = 1.02;       // driven distance over chord
   constexpr double kTurnOnTheSpot = 0.05;  // m of driven distance that no chord needs to explain
   const Eigen::Vector2d from = map.keyframes.At(keyframe.odometry_link->from).T_map_base.translation.head<2>();
   const Eigen::Vector2d to = keyframe.T_map_base.translation.head<2>();
   const double chord = (to - from).norm();
-  if (keyframe.odometry_link->odometry.distance > kStraight * chord + kTurnOnTheSpot) return;
+  if (keyframe.odometry_link->odometry.distance > kStraight * chord + kTurnOnTheSpot) return {};
   const int steps = static_cast<int>(chord / kStep);
-  for (int i = 1; i <= steps; ++i) builder->MarkFootprint(from + (to - from) * (i * kStep / chord));
+  std::vector<Eigen::Vector2d> line;
+  for (int i = 1; i <= steps; ++i) line.emplace_back(from + (to - from) * (i * kStep / chord));
+  return line;
 }
 
-void InsertSweeps(const Keyframe& keyframe, MapBuilder* builder) {
-  const Rigid2 T_map_keyframe = ProjectToPlane(keyframe.T_map_base);
-  for (const LaserSweep& sweep : keyframe.sweeps) {
-    const Rigid2 T_map_base = T_map_keyframe * sweep.T_keyframe_base;
-    builder->InsertScan({Embed3(T_map_base) * sweep.T_base_laser, sweep.scan->angle_min, sweep.scan->angle_increment,
-                         sweep.scan->range_min, sweep.scan->range_max, &sweep.scan->ranges});
-    builder->MarkFootprint(T_map_base.translation);
-  }
+bool IsAway(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const NavigationTolerance& tolerance) {
+  return (a - b).norm() > tolerance.distance;
+}
+
+bool Differ(const PosedPoints& a, const PosedPoints& b, const NavigationTolerance& tolerance) {
+  if (IsAway(a.camera_in_map, b.camera_in_map, tolerance)) return true;
+  const auto same = [&tolerance](const PosedPoint& p, const PosedPoint& q) {
+    return !IsAway(p.p_map, q.p_map, tolerance) &&
+           std::abs(p.depth_sigma - q.depth_sigma) <= tolerance.depth_sigma * q.depth_sigma;
+  };
+  return !std::equal(a.points.begin(), a.points.end(), b.points.begin(), b.points.end(), same);
+}
+
+bool Differ(const PosedScan& a, const PosedScan& b, const NavigationTolerance& tolerance) {
+  return a.ranges != b.ranges || IsAway(a.T_map_laser.translation, b.T_map_laser.translation, tolerance) ||
+         a.T_map_laser.rotation.angularDistance(b.T_map_laser.rotation) > tolerance.angle;
 }
 
 }  // namespace
 
+NavigationTolerance NavigationTolerance::For(double resolution) {
+  return {std::max(0.01, 0.5 * resolution), DegreesToRadians(0.5), 0.25};
+}
+
+struct NavigationMap::Evidence {
+  PosedPoints points;
+  std::vector<PosedScan> scans;
+  std::vector<std::shared_ptr<const PlanarScan>> alive;  // what the scans point to
+  std::vector<Eigen::Vector2d> footprints;
+
+  Evidence(const Map& map, KeyframeId id, const AcceptedLandmarks& accepted) {
+    const Keyframe& keyframe = map.keyframes.At(id);
+    points = PointsSeenBy(map, keyframe, accepted);
+    points.epoch = EpochOf(id);
+    footprints = DrivenLine(map, keyframe);
+    footprints.emplace_back(keyframe.T_map_base.translation.head<2>());
+    for (const LaserSweep& sweep : keyframe.sweeps) AddSweep(ProjectToPlane(keyframe.T_map_base), sweep);
+  }
+
+  bool DiffersFrom(const Evidence& other, const NavigationTolerance& tolerance) const {
+    const auto same_scan = [&](const PosedScan& a, const PosedScan& b) { return !Differ(a, b, tolerance); };
+    const auto same_place = [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+      return (a - b).norm() <= tolerance.distance;
+    };
+    return Differ(points, other.points, tolerance) ||
+           !std::equal(scans.begin(), scans.end(), other.scans.begin(), other.scans.end(), same_scan) ||
+           !std::equal(footprints.begin(), footprints.end(), other.footprints.begin(), other.footprints.end(),
+                       same_place);
+  }
+
+ private:
+  void AddSweep(const Rigid2& T_map_keyframe, const LaserSweep& sweep) {
+    const Rigid2 T_map_base = T_map_keyframe * sweep.T_keyframe_base;
+    PosedScan scan{Embed3(T_map_base) * sweep.T_base_laser,
+                   sweep.scan->angle_min,
+                   sweep.scan->angle_increment,
+                   sweep.scan->range_min,
+                   sweep.scan->range_max,
+                   &sweep.scan->ranges};
+    if (sweep.T_base_laser.R()(2, 2) >= std::cos(kLevelTilt)) scan.level_height = sweep.T_base_laser.translation.z();
+    scan.epoch = points.epoch;
+    scans.push_back(scan);
+    alive.push_back(sweep.scan);
+    footprints.emplace_back(T_map_base.translation);
+  }
+};
+
+NavigationMap::NavigationMap(const MapBuilderOptions& options, const LandmarkAcceptance& acceptance,
+                             const NavigationTolerance& tolerance)
+    : acceptance_(acceptance), tolerance_(tolerance), overhang_(options.overhang), builder_(options) {}
+NavigationMap::~NavigationMap() = default;
+NavigationMap::NavigationMap(NavigationMap&&) noexcept = default;
+NavigationMap& NavigationMap::operator=(NavigationMap&&) noexcept = default;
+
+void NavigationMap::Integrate(const Evidence& evidence) {
+  builder_.InsertPoints(evidence.points);
+  for (const PosedScan& scan : evidence.scans) builder_.InsertScan(scan);
+  for (const Eigen::Vector2d& footprint : evidence.footprints) builder_.MarkFootprint(footprint);
+}
+
+void NavigationMap::TakeOut(const std::vector<KeyframeId>& outdated) {
+  // Taking out costs what integrating costs: where less stays than goes, start over with what stays.
+  const bool start_over = 2 * outdated.size() > held_.size();
+  if (start_over) builder_.Clear();
+  for (const KeyframeId id : outdated) {
+    const auto entry = held_.find(id);
+    if (!start_over) TakeOut(entry->second);
+    held_.erase(entry);
+  }
+  if (!start_over) return;
+  for (const auto& [id, evidence] : held_) Integrate(evidence);
+}
+
+void NavigationMap::TakeOut(const Evidence& evidence) {
+  builder_.RemovePoints(evidence.points);
+  for (const PosedScan& scan : evidence.scans) builder_.RemoveScan(scan);
+  for (const Eigen::Vector2d& footprint : evidence.footprints) builder_.UnmarkFootprint(footprint);
+}
+
+int NavigationMap::Update(const Map& map, const CameraModel& camera) {
+  const AcceptedLandmarks triangulated = map.metric ? Triangulated(map, camera, acceptance_) : AcceptedLandmarks{};
+  const AcceptedLandmarks accepted = Accept(map, triangulated, acceptance_);
+  std::map<KeyframeId, Evidence> wanted;  // of the keyframes that are new or have moved
+  for (const auto& [id, keyframe] : map.keyframes) {
+    if (!map.metric) break;
+    Evidence evidence(map, id, accepted);
+    const auto held = held_.find(id);
+    if (held != held_.end() && !evidence.DiffersFrom(held->second, tolerance_)) continue;
+    wanted.emplace_hint(wanted.end(), id, std::move(evidence));
+  }
+  std::vector<KeyframeId> outdated;
+  for (const auto& [id, evidence] : held_) {
+    if (!map.metric || !map.keyframes.Contains(id) || wanted.count(id) != 0) outdated.push_back(id);
+  }
+  TakeOut(outdated);
+  for (auto& [id, evidence] : wanted) {
+    Integrate(evidence);
+    held_.emplace(id, std::move(evidence));
+  }
+  builder_.SetOverhangs(Overhangs(map, triangulated, overhang_));
+  return static_cast<int>(std::max(outdated.size(), wanted.size()));
+}
+
 MapBuilder BuildNavigationMap(const Map& map, const CameraModel& camera, const MapBuilderOptions& options,
                               const LandmarkAcceptance& acceptance) {
-  MapBuilder builder(options);
-  if (!map.metric) return builder;
-  for (const auto& [id, keyframe] : map.keyframes) {
-    builder.InsertPoints(PointsSeenBy(map, keyframe, camera, acceptance));
-    builder.MarkFootprint(keyframe.T_map_base.translation.head<2>());
-    MarkDrivenLine(map, keyframe, &builder);
-  }
-  for (const auto& [id, keyframe] : map.keyframes) InsertSweeps(keyframe, &builder);
-  return builder;
+  NavigationMap navigation(options, acceptance, NavigationTolerance{});
+  navigation.Update(map, camera);
+  return std::move(navigation).builder();
 }
 
 std::vector<CloudPoint> LandmarkCloud(const Map& map) {

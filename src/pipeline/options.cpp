@@ -177,6 +177,9 @@ void AddPlanar(PipelineOptions& o, FieldList* f) {
 
 void AddMapping2d(PipelineOptions& o, FieldList* f) {
   MapBuilderOptions& m = o.mapping2d;
+  f->Add("mapping2d.layers", m.layers,
+         std::map<std::string, GridLayers>{
+             {"fused", GridLayers::kFused}, {"laser", GridLayers::kLaser}, {"visual", GridLayers::kVisual}});
   f->Add("mapping2d.resolution", m.resolution);
   f->Add("mapping2d.visual_p_hit", m.visual.p_hit);
   f->Add("mapping2d.visual_p_miss", m.visual.p_miss);
@@ -187,11 +190,20 @@ void AddMapping2d(PipelineOptions& o, FieldList* f) {
   f->Add("mapping2d.visual_range", m.visual_range);
   f->Add("mapping2d.laser_range", m.laser_range);
   f->Add("mapping2d.floor_tolerance", m.floor_tolerance);
+  f->Add("mapping2d.tilt_sigma_deg", m.tilt_sigma_deg);
   f->Add("mapping2d.band_min", m.band_min);
   f->Add("mapping2d.band_max", m.band_max);
   f->Add("mapping2d.footprint_radius", m.footprint_radius);
   f->Add("mapping2d.occupied_threshold", m.occupied_threshold);
   f->Add("mapping2d.free_threshold", m.free_threshold);
+  f->Add("mapping2d.overhang.enabled", m.overhang.enabled);
+  f->Add("mapping2d.overhang.min_height", m.overhang.min_height);
+  f->Add("mapping2d.overhang.max_height", m.overhang.max_height);
+  f->Add("mapping2d.overhang.thickness", m.overhang.thickness);
+  f->Add("mapping2d.overhang.neighborhood", m.overhang.neighborhood);
+  f->Add("mapping2d.overhang.max_tilt_deg", m.overhang.max_tilt_deg);
+  f->Add("mapping2d.overhang.max_gap", m.overhang.max_gap);
+  f->Add("mapping2d.overhang.min_points", m.overhang.min_points);
 }
 
 void AddTopics(PipelineOptions& o, FieldList* f) {

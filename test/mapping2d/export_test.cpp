@@ -31,6 +31,7 @@ MapBuilder SmallMap() {
   scan.angle_increment = DegreesToRadians(1.0);
   scan.range_max = 8.0;
   scan.ranges = &ranges;
+  scan.level_height = 0.225;
   for (int i = 0; i < 5; ++i) builder.InsertScan(scan);
   return builder;
 }

@@ -21,6 +21,7 @@ constexpr double kAngleMin = -2.35619;    // rad
 constexpr double kBeamStep = 0.00872665;  // rad
 constexpr double kRangeMax = 8.0;         // m
 constexpr int kEveryScan = 5;             // a keyframe a second
+constexpr double kEpoch = 15.0;           // s
 constexpr double kPositionError = 0.03;   // m, of the estimate
 constexpr double kHeadingError = DegreesToRadians(0.5);
 constexpr double kErrorPeriod = 10.0;  // s over which the estimate's error changes
@@ -74,6 +75,8 @@ TEST(Lab, GridIsRightWhenPosesAreCentimetresWrong) {
     scan.angle_increment = kBeamStep;
     scan.range_max = kRangeMax;
     scan.ranges = &ranges;
+    scan.level_height = kLaserHeight;
+    scan.epoch = static_cast<int>(t / kEpoch);
     builder.InsertScan(scan);
     builder.MarkFootprint(T_map_base.translation.head<2>());
     path.emplace_back(PoseAt(poses, t).translation.head<2>());

@@ -29,6 +29,7 @@ PosedScan ScanOf(const std::vector<float>& ranges) {
   scan.range_min = 0.05;
   scan.range_max = 10.0;
   scan.ranges = &ranges;
+  scan.level_height = kLaserHeight;
   return scan;
 }
 
@@ -151,6 +152,7 @@ TEST(MapBuilder, TiltedLaserSeesTheFloorAsFree) {
   const std::vector<float> ranges = {static_cast<float>(kLaserHeight / std::sin(down))};
   PosedScan scan = ScanOf(ranges);
   scan.T_map_laser.rotation = ExpSo3({0.0, down, 0.0});  // the x axis dips
+  scan.level_height.reset();
   Repeat(5, [&] { builder.InsertScan(scan); });
   EXPECT_EQ(Count(builder.Grid(), 100), 0);
   EXPECT_GT(Count(builder.Grid(), 0), 0);
@@ -214,7 +216,7 @@ TEST(MapBuilder, LaserBelowTheBandCountsAndAboveItDoesNot) {
     MapBuilder builder(WithoutFootprint());
     const std::vector<float> ranges = {2.0F};
     PosedScan scan = ScanOf(ranges);
-    scan.T_map_laser.translation.z() = height;
+    scan.level_height = height;
     Repeat(4, [&] { builder.InsertScan(scan); });
     EXPECT_EQ(Count(builder.Grid(), 100), height < 1.3 ? 1 : 0) << height;
   }
@@ -285,6 +287,66 @@ TEST(MapBuilder, OrderOfPointsAndOfLayersDoesNotMatter) {
   }
   ExpectSame(alternating.Grid(), one_by_one.Grid());
   EXPECT_EQ(alternating.VoxelCount(), one_by_one.VoxelCount());
+}
+
+TEST(MapBuilder, ThinLegSurvivesThePosesErrorAndTheBeamsThatPassIt) {
+  std::mt19937 generator(5);
+  std::normal_distribution<double> error(0.0, 0.02);
+  MapBuilder builder(WithoutFootprint());
+  std::vector<float> ranges(720, 4.0F);  // 0.5 deg apart
+  ranges[0] = ranges[1] = 2.0F;          // a leg of 3 cm before a wall
+  for (int i = 0; i < 100; ++i) {
+    PosedScan scan = ScanOf(ranges);
+    scan.T_map_laser.translation += Eigen::Vector3d(error(generator), error(generator), 0.0);
+    builder.InsertScan(scan);
+  }
+  EXPECT_EQ(At(builder.Grid(), 2.025, 0.025), 100);
+}
+
+TEST(MapBuilder, LaterEpochOverrulesWhatStoodLongInAnEarlierOne) {
+  const std::vector<float> blocked = {1.0F}, open = {3.0F};
+  PosedScan earlier = ScanOf(blocked), later = ScanOf(open);
+  later.epoch = 1;
+  MapBuilder builder(WithoutFootprint());
+  Repeat(20, [&] { builder.InsertScan(later); });
+  Repeat(500, [&] { builder.InsertScan(earlier); });  // the order of the epochs counts, not that of the calls
+  EXPECT_EQ(At(builder.Grid(), 1.025, 0.025), 0);
+}
+
+TEST(MapBuilder, WhatWasRemovedLeavesNoTrace) {
+  std::mt19937 generator(11);
+  std::uniform_real_distribution<double> position(-3.0, 3.0), height(0.0, 1.2), range(0.5, 5.0);
+  std::vector<PosedPoints> keyframes;
+  std::vector<std::vector<float>> ranges(12);
+  std::vector<PosedScan> scans;
+  for (int i = 0; i < 12; ++i) {
+    std::vector<Eigen::Vector3d> points;
+    for (int k = 0; k < 80; ++k) points.emplace_back(position(generator), position(generator), height(generator));
+    keyframes.push_back(SeenFrom({0.1 * i, 0.0, 1.1}, points));
+    for (PosedPoint& point : keyframes.back().points) point.depth_sigma = 0.01 * range(generator);
+    for (int k = 0; k < 180; ++k) ranges[static_cast<std::size_t>(i)].push_back(static_cast<float>(range(generator)));
+    scans.push_back(ScanOf(ranges[static_cast<std::size_t>(i)]));
+    scans.back().T_map_laser.translation.x() += 0.1 * i;
+    keyframes.back().epoch = scans.back().epoch = i / 3;
+  }
+  MapBuilder changed{MapBuilderOptions{}}, fresh{MapBuilderOptions{}};
+  for (std::size_t i = 0; i < 12; ++i) {
+    changed.InsertPoints(keyframes[i]);
+    changed.InsertScan(scans[i]);
+    changed.MarkFootprint({0.1 * static_cast<double>(i), 0.0});
+  }
+  for (std::size_t i = 1; i < 12; i += 2) {
+    changed.RemoveScan(scans[i]);
+    changed.RemovePoints(keyframes[i]);
+    changed.UnmarkFootprint({0.1 * static_cast<double>(i), 0.0});
+  }
+  for (std::size_t i = 0; i < 12; i += 2) {
+    fresh.MarkFootprint({0.1 * static_cast<double>(i), 0.0});
+    fresh.InsertScan(scans[i]);
+    fresh.InsertPoints(keyframes[i]);
+  }
+  ExpectSame(changed.Grid(), fresh.Grid());
+  EXPECT_EQ(changed.VoxelCount(), fresh.VoxelCount());
 }
 
 TEST(MapBuilder, WhatLiesOutsideTheLatticeIsIgnored) {

@@ -1,5 +1,8 @@
 #pragma once
-// The map handed to mapping2d as plain posed points and scans.
+// The SLAM map handed to mapping2d as plain posed points and scans, and kept in step with it.
+#include <map>
+#include <memory>
+#include <utility>
 #include <vector>
 
 #include "planar_vslam/map/map.h"
@@ -13,12 +16,54 @@ struct LandmarkAcceptance {
   int min_observations = 3;
   double min_parallax = DegreesToRadians(1.5);  // rad, widest among its observers
   double max_relative_depth_sigma = 0.10;       // of the distance
+  double max_depth_sigma = 0.15;                // m from the nearest observer: three of the usual cells
+  double neighbor_radius = 0.25;                // m...
+  int min_neighbors = 4;                        // ...within which as many others are: wrong points stand alone
   double min_height = -0.03;                    // m: below the floor are only reflections
   double pixel_sigma = 1.0;                     // px
 };
 
+// How far the SLAM map may move before what a keyframe said is taken out and put in anew.
+struct NavigationTolerance {
+  double distance = 0.0;     // m, of cameras, landmarks, scans, footprints
+  double angle = 0.0;        // rad, of scans
+  double depth_sigma = 0.0;  // relative
+
+  // Half a cell but at least a centimetre, half a degree, a quarter of the depth sigma.
+  static NavigationTolerance For(double resolution);
+};
+
 // Points and laser sweeps of the keyframes; the robot's footprint is free at each keyframe and sweep, and along the
 // straight pieces of odometry between keyframes. Empty for a map that is not metric.
+class NavigationMap {
+ public:
+  NavigationMap(const MapBuilderOptions& options, const LandmarkAcceptance& acceptance,
+                const NavigationTolerance& tolerance);
+  ~NavigationMap();
+  NavigationMap(NavigationMap&&) noexcept;
+  NavigationMap& operator=(NavigationMap&&) noexcept;
+
+  // Integrates what is new, takes out what is gone, and replaces what has moved beyond the tolerance. Where nothing
+  // moved by less than that, the result equals that of a new NavigationMap, to the bit. Returns how many keyframes
+  // were integrated or taken out.
+  int Update(const Map& map, const CameraModel& camera);
+  const MapBuilder& builder() const& { return builder_; }
+  MapBuilder builder() && { return std::move(builder_); }
+
+ private:
+  struct Evidence;  // what one keyframe says
+  void Integrate(const Evidence& evidence);
+  void TakeOut(const Evidence& evidence);
+  void TakeOut(const std::vector<KeyframeId>& outdated);
+
+  LandmarkAcceptance acceptance_;
+  NavigationTolerance tolerance_;
+  OverhangOptions overhang_;
+  MapBuilder builder_;
+  std::map<KeyframeId, Evidence> held_;
+};
+
+// Of one map, once.
 MapBuilder BuildNavigationMap(const Map& map, const CameraModel& camera, const MapBuilderOptions& options,
                               const LandmarkAcceptance& acceptance);
 

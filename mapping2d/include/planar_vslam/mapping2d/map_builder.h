@@ -2,20 +2,23 @@
 // From posed scans and posed points to an OctoMap and a 2D grid. Plain values in: no map, no ROS.
 //  - Points: one ray from the observing keyframe's camera centre, free up to two depth sigmas before the point; a hit
 //    counts as far as the depth's distribution lies in the point's voxel.
-//  - Scans: own sensor model and layer, beams without return clear only. A level laser stays level: what its pose
-//    estimate tilts by a few degrees or bobs by a voxel is ignored.
+//  - Scans: own sensor model and layer, beams without return clear only. A laser mounted level stays level: what its
+//    pose estimate tilts or bobs is ignored.
 //  - Within one keyframe or scan occupied wins over free, and the order of its points or beams does not matter.
 //  - Points on or below the floor clear only; the robot's footprint along the path is free.
+//  - What was inserted can be removed again: the result depends on what is in it, never on how it came there.
 // mapping2d/README.md has the reasons and the measurements behind the defaults.
 #include <Eigen/Core>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "planar_vslam/geometry/expected.h"
 #include "planar_vslam/geometry/rigid3.h"
 #include "planar_vslam/mapping2d/grid.h"
+#include "planar_vslam/mapping2d/overhang.h"
 
 namespace planar_vslam {
 
@@ -24,20 +27,26 @@ struct SensorModel {
   double p_miss = 0.4;
 };
 
+// What the grid and the OctoMap are made of.
+enum class GridLayers { kFused, kLaser, kVisual };
+
 struct MapBuilderOptions {
+  GridLayers layers = GridLayers::kFused;
   double resolution = 0.05;        // m, voxels and cells
   SensorModel visual{0.62, 0.45};  // a hit weighs less than occupied_threshold: two keyframes have to agree
-  SensorModel laser{0.75, 0.45};   // a thin leg under a pose a few cm wrong is passed more often than hit
+  SensorModel laser{0.70, 0.40};   // OctoMap's
   double clamp_min = 0.12;         // probability
   double clamp_max = 0.97;
   double visual_range = 6.0;         // m, points farther than this only clear up to it
   double laser_range = 8.0;          // m, never beyond the scan's own range_max
-  double floor_tolerance = 0.05;     // m: points and tilted beams that end below it clear only
+  double floor_tolerance = 0.05;     // m: points and tilted beams that end below it clear only...
+  double tilt_sigma_deg = 0.5;       // ...as do points that this error of the camera's tilt can lift from there
   double band_min = 0.10;            // m: height band that counts as obstacle; a laser counts from the floor up
   double band_max = 1.30;            // m: robot height
   double footprint_radius = 0.20;    // m, free along the path; 0 switches it off
   double occupied_threshold = 0.65;  // probability from which a voxel is occupied
   double free_threshold = 0.35;      // probability below which a voxel is free
+  OverhangOptions overhang;
 
   std::vector<std::string> Problems() const;
 };
@@ -47,15 +56,22 @@ struct PosedPoint {
   Eigen::Vector3d p_map = Eigen::Vector3d::Zero();
   double depth_sigma = 0.0;  // m, along the ray
 };
+// `epoch` is the stretch of the drive an observation belongs to, from 0 and below 2^24: of two that disagree the later
+// one is believed.
 struct PosedPoints {
   Eigen::Vector3d camera_in_map = Eigen::Vector3d::Zero();
   std::vector<PosedPoint> points;
+  int epoch = 0;
 };
 struct PosedScan {
   Rigid3 T_map_laser;
   double angle_min = 0.0, angle_increment = 0.0;  // rad
   double range_min = 0.0, range_max = 0.0;        // m
   const std::vector<float>* ranges = nullptr;     // not owned, alive during the call
+  // m above the floor, of a laser mounted level: then height and tilt of the pose do not count. Absent: the beams are
+  // traced in space as the pose has them.
+  std::optional<double> level_height = std::nullopt;
+  int epoch = 0;
 };
 
 class MapBuilder {
@@ -68,14 +84,23 @@ class MapBuilder {
   void InsertPoints(const PosedPoints& points);
   void InsertScan(const PosedScan& scan);
   void MarkFootprint(const Eigen::Vector2d& base_in_map);
+  // Each takes out what was put in with equal values.
+  void RemovePoints(const PosedPoints& points);
+  void RemoveScan(const PosedScan& scan);
+  void UnmarkFootprint(const Eigen::Vector2d& base_in_map);
+  // Horizontal faces that block the cells below them, in place of the ones set before.
+  void SetOverhangs(std::vector<Overhang> overhangs);
+  const std::vector<Overhang>& overhangs() const;
+  void Clear();
 
   // Height band of the fused map: occupied where an occupied voxel lies in the band, free where there are free voxels
-  // and no occupied one, unknown elsewhere; footprint cells are free. In voxels that scans and points both know the
-  // log-odds add. Bounds grow with the content and lie on multiples of the resolution.
+  // and no occupied one, unknown elsewhere; cells below an overhang are occupied, footprint cells free. In voxels that
+  // scans and points both know the log-odds add. Bounds grow with the content and lie on multiples of the resolution.
   OccupancyGrid2d Grid() const;
   // The fused voxels that are occupied or free, as OctoMap's .bt, or with probabilities where the name ends in .ot.
   Expected<bool> WriteOctomap(const std::filesystem::path& path) const;
-  std::size_t VoxelCount() const;  // known to either layer
+  std::size_t VoxelCount() const;  // known to the layers in use
+  std::size_t MemoryBytes() const;
 
  private:
   struct State;

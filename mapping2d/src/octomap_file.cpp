@@ -1,0 +1,40 @@
+#include "octomap_file.h"
+
+#include <octomap/octomap.h>
+
+#include <fstream>
+
+namespace planar_vslam {
+namespace {
+
+// OctoMap's .bt format: a text header, then two bits a node. OcTree::writeBinary does the same but talks on stderr.
+bool WriteBinaryTree(octomap::OcTree& tree, std::ostream& out) {
+  tree.toMaxLikelihood();
+  tree.prune();
+  out << "# Octomap OcTree binary file\nid " << tree.getTreeType() << "\nsize " << tree.size() << "\nres "
+      << tree.getResolution() << "\ndata\n";
+  if (tree.size() > 0) tree.writeBinaryData(out);
+  return out.good();
+}
+
+}  // namespace
+
+Expected<bool> WriteOctomapFile(const std::vector<OctomapVoxel>& voxels, double resolution, double occupied_threshold,
+                                const std::filesystem::path& path) {
+  octomap::OcTree tree(resolution);
+  tree.setOccupancyThres(occupied_threshold);
+  for (const OctomapVoxel& voxel : voxels) {
+    const octomap::OcTreeKey key(static_cast<octomap::key_type>(voxel.at.x), static_cast<octomap::key_type>(voxel.at.y),
+                                 static_cast<octomap::key_type>(voxel.at.z));
+    tree.setNodeValue(key, voxel.log_odds, /*lazy_eval=*/true);
+  }
+  if (tree.getRoot() != nullptr) tree.updateInnerOccupancy();
+  std::ofstream file(path, std::ios::binary);
+  const bool good = file && (path.extension() == ".ot" ? tree.write(file) : WriteBinaryTree(tree, file));
+  if (!good || !file.flush()) {
+    return Error{path.string() + ": cannot be written (is the folder there, and space left?)"};
+  }
+  return true;
+}
+
+}  // namespace planar_vslam

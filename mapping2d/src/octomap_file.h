@@ -1,0 +1,21 @@
+#pragma once
+// The only header that knows OctoMap: voxels to its files.
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include "planar_vslam/geometry/expected.h"
+#include "voxels.h"
+
+namespace planar_vslam {
+
+struct OctomapVoxel {
+  VoxelIndex at;
+  float log_odds = 0.0F;
+};
+
+// Full tree with log-odds where the name ends in .ot, else the binary one.
+Expected<bool> WriteOctomapFile(const std::vector<OctomapVoxel>& voxels, double resolution, double occupied_threshold,
+                                const std::filesystem::path& path);
+
+}  // namespace planar_vslam
