@@ -1,34 +1,59 @@
 #include "planar_vslam/planar/floor_monitor.h"
 
+#include <algorithm>
+
 #include "planar_vslam/planar/planar_prior.h"
 
 namespace planar_vslam {
 namespace {
 
-// 7 sigma: far beyond the noise of a pose, because a map of few landmarks tilts and bends by itself (which at times
-// reaches this limit too, on a flat floor). A street or a ramp of a few degrees passes it within its first metres. An
-// empirical limit: see BENCHMARK.md.
-constexpr double kReleaseSquared = 49.0;
+constexpr double kReleaseChangeSquared = 49.0;  // 7 sigma: 3.5 degrees or 7 cm within a metre at the default sigmas
+// 20 sigma: 20 cm or 10 degrees at the default sigmas. Bends of a map on a flat floor stay below, streets do not.
+constexpr double kReleaseSquared = 400.0;
 constexpr double kChi2ThreeDof90 = 6.251;  // chi-square, 3 dof, 90 %
 constexpr int kReleaseAfter = 3;
 constexpr int kResumeAfter = 10;
+constexpr double kSpan = 1.0;  // m: a ramp has tilted the robot by then, drift of a map has not
 
 }  // namespace
 
-double FloorDistance(const Rigid3& T_map_base, const Matrix6d& covariance, double sigma_height, double sigma_tilt) {
+double FloorReading::SquaredDistance() const { return error.dot(covariance.ldlt().solve(error)); }
+
+FloorReading ReadFloor(const Rigid3& T_map_base, const Matrix6d& covariance, double sigma_height, double sigma_tilt) {
   Eigen::Matrix<double, 3, 6> J;
   const Eigen::Vector3d whitened = PlanarPriorResidual(T_map_base, sigma_height, sigma_tilt, &J);
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();  // of the tilt, from the base's heading to the map's axes
+  turn.bottomRightCorner<2, 2>() = ProjectToPlane(T_map_base).R();
+  FloorReading reading;
+  reading.error = turn * whitened;
   // Residual and Jacobian are divided by the prior's sigmas, so the prior's own covariance is the identity.
-  const Eigen::Matrix3d S = J * covariance * J.transpose() + Eigen::Matrix3d::Identity();
-  return whitened.dot(S.ldlt().solve(whitened));
+  reading.covariance = turn * (J * covariance * J.transpose() + Eigen::Matrix3d::Identity()) * turn.transpose();
+  reading.place = T_map_base.translation.head<2>();
+  return reading;
 }
 
-void FloorMonitor::Add(double squared_distance) {
-  const bool against = on_floor_ ? squared_distance > kReleaseSquared : squared_distance < kChi2ThreeDof90;
+double FloorMonitor::DistanceToOneMetreAgo(const FloorReading& reading) const {
+  const double now = way_.empty() ? 0.0 : way_.back().way + (reading.place - way_.back().reading.place).norm();
+  const auto before = std::find_if(way_.rbegin(), way_.rend(), [now](const Step& s) { return now - s.way >= kSpan; });
+  if (way_.empty()) return 0.0;
+  FloorReading change = before != way_.rend() ? before->reading : way_.front().reading;
+  change.error = reading.error - change.error;
+  change.covariance += reading.covariance;
+  return change.SquaredDistance();
+}
+
+void FloorMonitor::Add(const FloorReading& reading) {
+  const double squared = reading.SquaredDistance();
+  const bool leaves = squared > kReleaseSquared || DistanceToOneMetreAgo(reading) > kReleaseChangeSquared;
+  const bool against = on_floor_ ? leaves : squared < kChi2ThreeDof90;
   streak_ = against ? streak_ + 1 : 0;
-  if (streak_ < (on_floor_ ? kReleaseAfter : kResumeAfter)) return;
-  on_floor_ = !on_floor_;
-  streak_ = 0;
+  if (streak_ >= (on_floor_ ? kReleaseAfter : kResumeAfter)) {
+    on_floor_ = !on_floor_;
+    streak_ = 0;
+  }
+  const double way = way_.empty() ? 0.0 : way_.back().way + (reading.place - way_.back().reading.place).norm();
+  way_.push_back({reading, way});
+  while (way_.size() > 2 && way - way_[1].way >= kSpan) way_.pop_front();
 }
 
 }  // namespace planar_vslam

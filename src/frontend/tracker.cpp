@@ -158,7 +158,7 @@ void Tracker::TestFloor(const TrackInput& input, const Map& map, const Predictio
   if (result.odometry_rejected) problem.prior.reset();
   const PoseOnlyResult pose = OptimizePose(problem, &observations);
   const Matrix6d covariance = (pose.information + 1e-6 * Matrix6d::Identity()).inverse();
-  floor_.Add(FloorDistance(pose.T_map_base, covariance, problem.sigma_height, problem.sigma_tilt));
+  floor_.Add(ReadFloor(pose.T_map_base, covariance, problem.sigma_height, problem.sigma_tilt));
 }
 
 bool Tracker::TrackLastFrame(const TrackInput& input, const Map& map, const Prediction& prediction,

@@ -193,6 +193,12 @@ class CalibrationProblem {
     Vector6d mount_sigma;
     mount_sigma << Eigen::Vector3d::Constant(o.camera_position_sigma), Eigen::Vector3d::Constant(o.camera_angle_sigma);
     AddPrior(Vector6d::Zero(), mount_sigma, Mount());
+    // Points that the images leave open (behind a camera, on one ray) would leave the whole undetermined.
+    constexpr double kPointSigma = 10.0;  // m
+    std::size_t i = 0;
+    for (const auto& [id, landmark] : map_.landmarks) {
+      AddPrior(landmark.p_map, Eigen::Vector3d::Constant(kPointSigma), Point(i++));
+    }
   }
 
   const Map& map_;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
 
 #include "support/support.h"
@@ -9,55 +10,72 @@
 namespace planar_vslam {
 namespace {
 
-constexpr double kSigmaHeight = 0.01;                         // m
-constexpr double kSigmaTilt = DegreesToRadians(0.5);          // rad
-constexpr double kFar = 100.0, kNear = 1.0, kBetween = 10.0;  // squared distances: beyond 99.9 %, within 90 %, neither
+constexpr double kSigmaHeight = 0.01;                 // m
+constexpr double kSigmaTilt = DegreesToRadians(0.5);  // rad
+// A pose `way` metres along x, this high and rolled, estimated without error.
+FloorReading At(double way, double height, double roll = 0.0) {
+  const Rigid3 pose(ExpSo3(Eigen::Vector3d(roll, 0.0, 0.0)), Eigen::Vector3d(way, 0.0, height));
+  return ReadFloor(pose, Matrix6d::Zero(), kSigmaHeight, kSigmaTilt);
+}
 
-TEST(FloorMonitor, ReleasesAfterThreeInARow) {
+TEST(FloorMonitor, ReleasesOnARampWithinItsFirstMetre) {
   FloorMonitor monitor;
+  for (double way = 0.0; way < 3.0; way += 0.1) monitor.Add(At(way, 0.0));
   EXPECT_TRUE(monitor.on_floor());
-  for (int i = 0; i < 5; ++i) {
-    monitor.Add(kFar);
-    monitor.Add(kFar);
-    monitor.Add(kBetween);  // breaks the row
+  double way = 3.0;
+  for (; monitor.on_floor() && way < 6.0; way += 0.1) {
+    monitor.Add(At(way, (way - 3.0) * std::tan(DegreesToRadians(5.0)), DegreesToRadians(5.0)));
   }
-  EXPECT_TRUE(monitor.on_floor());
-  monitor.Add(kFar);
-  monitor.Add(kFar);
-  EXPECT_TRUE(monitor.on_floor());
-  monitor.Add(kFar);
-  EXPECT_FALSE(monitor.on_floor());
+  EXPECT_LT(way, 4.0);
 }
 
-TEST(FloorMonitor, ComesBackAfterTenInARowWithinTheNarrowerLimit) {
+TEST(FloorMonitor, StaysWhereAMapBendsSlowly) {
   FloorMonitor monitor;
-  for (int i = 0; i < 3; ++i) monitor.Add(kFar);
-  ASSERT_FALSE(monitor.on_floor());
-  for (int i = 0; i < 9; ++i) monitor.Add(kNear);
-  monitor.Add(kBetween);
-  for (int i = 0; i < 9; ++i) monitor.Add(kNear);
-  EXPECT_FALSE(monitor.on_floor());
-  monitor.Add(kNear);
+  for (double way = 0.0; way < 20.0; way += 0.1) monitor.Add(At(way, 0.006 * way, DegreesToRadians(0.1) * way));
   EXPECT_TRUE(monitor.on_floor());
 }
 
-TEST(FloorDistance, IsZeroForAnyPoseOnTheFloor) {
+TEST(FloorMonitor, ReleasesOnAStreetThatKeepsClimbing) {
+  FloorMonitor monitor;
+  for (double way = 0.0; way < 60.0; way += 0.5) monitor.Add(At(way, 0.01 * way));
+  EXPECT_FALSE(monitor.on_floor());
+}
+
+TEST(FloorMonitor, OneOrTwoOddPosesAreNoRamp) {
+  FloorMonitor monitor;
+  for (int i = 0; i < 100; ++i) monitor.Add(At(0.1 * i, i % 4 < 2 ? 0.0 : 0.15));
+  EXPECT_TRUE(monitor.on_floor());
+}
+
+TEST(FloorMonitor, ComesBackAfterTenInARowOnTheFloor) {
+  FloorMonitor monitor;
+  for (int i = 0; i < 5; ++i) monitor.Add(At(0.1 * i, i > 0 ? 0.5 : 0.0));
+  ASSERT_FALSE(monitor.on_floor());
+  for (int i = 0; i < 9; ++i) monitor.Add(At(1.0 + 0.1 * i, 0.01));
+  monitor.Add(At(2.0, 0.05));  // breaks the row
+  for (int i = 0; i < 9; ++i) monitor.Add(At(2.1 + 0.1 * i, 0.01));
+  EXPECT_FALSE(monitor.on_floor());
+  monitor.Add(At(3.0, 0.01));
+  EXPECT_TRUE(monitor.on_floor());
+}
+
+TEST(FloorReading, IsZeroForAnyPoseOnTheFloor) {
   std::mt19937 generator(5);
   for (int i = 0; i < 20; ++i) {
     const Rigid3 pose = Embed3(test::RandomRigid2(generator, 5.0));
-    EXPECT_NEAR(FloorDistance(pose, 1e-4 * Matrix6d::Identity(), kSigmaHeight, kSigmaTilt), 0.0, 1e-9);
+    EXPECT_NEAR(ReadFloor(pose, 1e-4 * Matrix6d::Identity(), kSigmaHeight, kSigmaTilt).SquaredDistance(), 0.0, 1e-9);
   }
 }
 
-TEST(FloorDistance, CountsHeightInSigmas) {
+TEST(FloorReading, CountsHeightInSigmas) {
   const Rigid3 raised(Eigen::Quaterniond::Identity(), Eigen::Vector3d(1.0, 2.0, 3.0 * kSigmaHeight));
-  EXPECT_NEAR(FloorDistance(raised, Matrix6d::Zero(), kSigmaHeight, kSigmaTilt), 9.0, 1e-9);
+  EXPECT_NEAR(ReadFloor(raised, Matrix6d::Zero(), kSigmaHeight, kSigmaTilt).SquaredDistance(), 9.0, 1e-9);
   const Matrix6d unsure = Matrix6d::Identity() * 8.0 * kSigmaHeight * kSigmaHeight;
-  EXPECT_NEAR(FloorDistance(raised, unsure, kSigmaHeight, kSigmaTilt), 1.0, 1e-9);
+  EXPECT_NEAR(ReadFloor(raised, unsure, kSigmaHeight, kSigmaTilt).SquaredDistance(), 1.0, 1e-9);
 }
 
 // Poses on a floor as rough as the sigmas say, estimated with a known covariance: d^2 is chi-square with 3 dof.
-TEST(FloorDistance, IsChiSquareOnTheFloor) {
+TEST(FloorReading, IsChiSquareOnTheFloor) {
   std::mt19937 generator(6);
   std::normal_distribution<double> normal;
   Matrix6d root = Matrix6d::Zero();
@@ -75,7 +93,7 @@ TEST(FloorDistance, IsChiSquareOnTheFloor) {
     truth.translation.z() += kSigmaHeight * normal(generator);
     Vector6d sample;
     for (int k = 0; k < 6; ++k) sample[k] = normal(generator);
-    const double d = FloorDistance(truth * ExpSe3(root * sample), covariance, kSigmaHeight, kSigmaTilt);
+    const double d = ReadFloor(truth * ExpSe3(root * sample), covariance, kSigmaHeight, kSigmaTilt).SquaredDistance();
     sum += d;
     beyond += d > 6.251 ? 1 : 0;  // chi-square, 3 dof, 90 %
   }

@@ -1,24 +1,43 @@
 #pragma once
 // Whether the base is on the plane the floor prior assumes. Ramps, door sills and streets are not: a prior that is held
-// against the evidence bends the map. Each keyframe's pose, estimated without the prior, is tested against it:
-//   e = [z, u_x, u_y]  (planar_prior.h, unwhitened),  d^2 = e^T (J C J^T + diag(sigma_z^2, sigma_tilt^2,
-//   sigma_tilt^2))^-1 e
-// with the pose covariance C; d^2 is chi-square with 3 dof on the floor.
+// against the evidence bends the map. Each keyframe's pose, estimated without the prior, is tested against the plane:
+//   e = [z, u_x, u_y]  (planar_prior.h) over [sigma_z, sigma_tilt, sigma_tilt],  S = J C J^T + I
+// with the pose covariance C, and against the pose about a metre of way before it, both tilts turned to the map's axes:
+//   e' = e_now - e_before,  S' = S_now + S_before.
+// d^2 = e^T S^-1 e and d'^2 are chi-square with 3 dof on the floor. A map bends slowly by itself, which passes any
+// narrow limit on d^2 in time but none on d'^2; a ramp or sill passes d'^2 at once, a street of slow grades only a wide
+// d^2.
+#include <deque>
+
 #include "planar_vslam/geometry/rigid3.h"
 
 namespace planar_vslam {
 
-// d^2 of a pose estimated without the floor prior.
-double FloorDistance(const Rigid3& T_map_base, const Matrix6d& covariance, double sigma_height, double sigma_tilt);
+// A pose estimated without the floor prior, against the plane.
+struct FloorReading {
+  Eigen::Vector3d error = Eigen::Vector3d::Zero();           // e, tilt in the map's axes
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();  // S, likewise
+  Eigen::Vector2d place = Eigen::Vector2d::Zero();           // m, x and y in the map
+
+  double SquaredDistance() const;
+};
+FloorReading ReadFloor(const Rigid3& T_map_base, const Matrix6d& covariance, double sigma_height, double sigma_tilt);
 
 class FloorMonitor {
  public:
-  // Takes the next d^2; released after three in a row beyond 7 sigma, on the floor again after ten in a row
-  // within the 90 % limit.
-  void Add(double squared_distance);
+  // Takes the next pose. Released after three in a row whose d' is beyond 7 sigma or whose d is beyond 20; on the floor
+  // again after ten in a row whose d is within the 90 % limit.
+  void Add(const FloorReading& reading);
   bool on_floor() const { return on_floor_; }
 
  private:
+  struct Step {
+    FloorReading reading;
+    double way = 0.0;  // m, driven up to here
+  };
+  double DistanceToOneMetreAgo(const FloorReading& reading) const;
+
+  std::deque<Step> way_;  // of the last metres
   bool on_floor_ = true;
   int streak_ = 0;  // readings in a row that speak against the present state
 };
