@@ -150,12 +150,12 @@ std::vector<std::string> OverhangOptions::Problems() const {
     if (!holds) problems.emplace_back(problem);
   };
   require(std::isfinite(min_height) && std::isfinite(max_height) && max_height > min_height && min_height > 0.0,
-          "overhang.min_height, overhang.max_height: expected 0 < min_height < max_height");
-  require(std::isfinite(thickness) && thickness > 0.0, "overhang.thickness: expected metres above 0");
-  require(std::isfinite(neighborhood) && neighborhood > 0.0, "overhang.neighborhood: expected metres above 0");
-  require(max_tilt_deg > 0.0 && max_tilt_deg <= 45.0, "overhang.max_tilt_deg: expected degrees in (0, 45]");
-  require(std::isfinite(max_gap) && max_gap > 0.0, "overhang.max_gap: expected metres above 0");
-  require(min_points >= 3, "overhang.min_points: expected at least 3");
+          "overhang_min_height, overhang_max_height: expected 0 < min_height < max_height");
+  require(std::isfinite(thickness) && thickness > 0.0, "overhang_thickness: expected metres above 0");
+  require(std::isfinite(neighborhood) && neighborhood > 0.0, "overhang_neighborhood: expected metres above 0");
+  require(max_tilt_deg > 0.0 && max_tilt_deg <= 45.0, "overhang_max_tilt_deg: expected degrees in (0, 45]");
+  require(std::isfinite(max_gap) && max_gap > 0.0, "overhang_max_gap: expected metres above 0");
+  require(min_points >= 3, "overhang_min_points: expected at least 3");
   return problems;
 }
 

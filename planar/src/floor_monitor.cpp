@@ -32,28 +32,32 @@ FloorReading ReadFloor(const Rigid3& T_map_base, const Matrix6d& covariance, dou
   return reading;
 }
 
-double FloorMonitor::DistanceToOneMetreAgo(const FloorReading& reading) const {
-  const double now = way_.empty() ? 0.0 : way_.back().way + (reading.place - way_.back().reading.place).norm();
+double FloorMonitor::WayTo(const FloorReading& reading) const {
+  return way_.empty() ? 0.0 : way_.back().way + (reading.place - way_.back().reading.place).norm();
+}
+
+double FloorMonitor::ChangeSquared(const FloorReading& reading) const {
+  const double now = WayTo(reading);
   const auto before = std::find_if(way_.rbegin(), way_.rend(), [now](const Step& s) { return now - s.way >= kSpan; });
-  if (way_.empty()) return 0.0;
-  FloorReading change = before != way_.rend() ? before->reading : way_.front().reading;
-  change.error = reading.error - change.error;
-  change.covariance += reading.covariance;
+  FloorReading change = reading;
+  if (before != way_.rend()) {  // else it began on the floor
+    change.error -= before->reading.error;
+    change.covariance += before->reading.covariance;
+  }
   return change.SquaredDistance();
 }
 
 void FloorMonitor::Add(const FloorReading& reading) {
   const double squared = reading.SquaredDistance();
-  const bool leaves = squared > kReleaseSquared || DistanceToOneMetreAgo(reading) > kReleaseChangeSquared;
+  const bool leaves = squared > kReleaseSquared || ChangeSquared(reading) > kReleaseChangeSquared;
   const bool against = on_floor_ ? leaves : squared < kChi2ThreeDof90;
   streak_ = against ? streak_ + 1 : 0;
   if (streak_ >= (on_floor_ ? kReleaseAfter : kResumeAfter)) {
     on_floor_ = !on_floor_;
     streak_ = 0;
   }
-  const double way = way_.empty() ? 0.0 : way_.back().way + (reading.place - way_.back().reading.place).norm();
-  way_.push_back({reading, way});
-  while (way_.size() > 2 && way - way_[1].way >= kSpan) way_.pop_front();
+  way_.push_back({reading, WayTo(reading)});
+  while (way_.size() > 2 && way_.back().way - way_[1].way >= kSpan) way_.pop_front();
 }
 
 }  // namespace planar_vslam

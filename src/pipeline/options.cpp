@@ -196,14 +196,14 @@ void AddMapping2d(PipelineOptions& o, FieldList* f) {
   f->Add("mapping2d.footprint_radius", m.footprint_radius);
   f->Add("mapping2d.occupied_threshold", m.occupied_threshold);
   f->Add("mapping2d.free_threshold", m.free_threshold);
-  f->Add("mapping2d.overhang.enabled", m.overhang.enabled);
-  f->Add("mapping2d.overhang.min_height", m.overhang.min_height);
-  f->Add("mapping2d.overhang.max_height", m.overhang.max_height);
-  f->Add("mapping2d.overhang.thickness", m.overhang.thickness);
-  f->Add("mapping2d.overhang.neighborhood", m.overhang.neighborhood);
-  f->Add("mapping2d.overhang.max_tilt_deg", m.overhang.max_tilt_deg);
-  f->Add("mapping2d.overhang.max_gap", m.overhang.max_gap);
-  f->Add("mapping2d.overhang.min_points", m.overhang.min_points);
+  f->Add("mapping2d.overhang_enabled", m.overhang.enabled);
+  f->Add("mapping2d.overhang_min_height", m.overhang.min_height);
+  f->Add("mapping2d.overhang_max_height", m.overhang.max_height);
+  f->Add("mapping2d.overhang_thickness", m.overhang.thickness);
+  f->Add("mapping2d.overhang_neighborhood", m.overhang.neighborhood);
+  f->Add("mapping2d.overhang_max_tilt_deg", m.overhang.max_tilt_deg);
+  f->Add("mapping2d.overhang_max_gap", m.overhang.max_gap);
+  f->Add("mapping2d.overhang_min_points", m.overhang.min_points);
 }
 
 void AddTopics(PipelineOptions& o, FieldList* f) {

@@ -77,6 +77,20 @@ nav_msgs::OccupancyGrid ToOccupancyGrid(const std_msgs::Header& header, const Oc
   return message;
 }
 
+map_msgs::OccupancyGridUpdate ToGridUpdate(const std_msgs::Header& header, const OccupancyGrid2d& grid,
+                                           const GridRegion& region) {
+  map_msgs::OccupancyGridUpdate message;
+  message.header = header;
+  message.x = region.x;
+  message.y = region.y;
+  message.width = static_cast<std::uint32_t>(region.width);
+  message.height = static_cast<std::uint32_t>(region.height);
+  for (int y = region.y; y < region.y + region.height; ++y) {
+    for (int x = region.x; x < region.x + region.width; ++x) message.data.push_back(grid.At(x, y));
+  }
+  return message;
+}
+
 sensor_msgs::PointCloud2 ToPointCloud(const std_msgs::Header& header, const std::vector<CloudPoint>& cloud) {
   static constexpr const char* kFields[] = {"x", "y", "z", "normal_x", "normal_y", "normal_z", "intensity"};
   sensor_msgs::PointCloud2 message;

@@ -3,6 +3,7 @@
 #include <geometry_msgs/PoseArray.h>
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <geometry_msgs/TransformStamped.h>
+#include <map_msgs/OccupancyGridUpdate.h>
 #include <nav_msgs/OccupancyGrid.h>
 #include <nav_msgs/Path.h>
 #include <sensor_msgs/PointCloud2.h>
@@ -34,6 +35,8 @@ geometry_msgs::PoseWithCovarianceStamped ToPoseWithCovariance(const std_msgs::He
                                                               const Matrix6d& covariance);
 
 nav_msgs::OccupancyGrid ToOccupancyGrid(const std_msgs::Header& header, const OccupancyGrid2d& grid);
+map_msgs::OccupancyGridUpdate ToGridUpdate(const std_msgs::Header& header, const OccupancyGrid2d& grid,
+                                           const GridRegion& region);
 // Fields x y z normal_x normal_y normal_z intensity, float32.
 sensor_msgs::PointCloud2 ToPointCloud(const std_msgs::Header& header, const std::vector<CloudPoint>& cloud);
 nav_msgs::Path ToPath(const std_msgs::Header& header, const std::vector<std::pair<Timestamp, Rigid3>>& poses);

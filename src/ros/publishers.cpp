@@ -87,7 +87,11 @@ void LocalizationPublisher::Broadcast() {
 
 MapPublisher::MapPublisher(ros::NodeHandle* node, const NodeSettings& settings)
     : settings_(settings),
-      map_(node->advertise<nav_msgs::OccupancyGrid>("map", 1, true)),
+      navigation_(settings.pipeline.mapping2d, LandmarkAcceptance{},
+                  NavigationTolerance::For(settings.pipeline.mapping2d.resolution)),
+      map_(node->advertise<nav_msgs::OccupancyGrid>(
+          "map", 1, [this](const ros::SingleSubscriberPublisher& subscriber) { OnMapSubscriber(subscriber); })),
+      map_updates_(node->advertise<map_msgs::OccupancyGridUpdate>("map_updates", 10)),
       map_points_(node->advertise<sensor_msgs::PointCloud2>("map_points", 1, true)),
       path_(node->advertise<nav_msgs::Path>("path", 1, true)),
       keyframes_(node->advertise<geometry_msgs::PoseArray>("keyframes", 1, true)) {}
@@ -114,7 +118,27 @@ void MapPublisher::Publish(const MapSnapshot& snapshot, bool grid_due) {
   map_points_.publish(ToPointCloud(header, LandmarkCloud(*snapshot.map)));
   path_.publish(ToPath(header, snapshot.trajectory.Poses(*snapshot.map)));
   keyframes_.publish(ToPoseArray(header, *snapshot.map));
-  if (grid_due) map_.publish(ToOccupancyGrid(header, BuildGrid(snapshot, settings_.pipeline)));
+  if (!grid_due) return;
+  navigation_.Update(*snapshot.map, snapshot.camera);
+  PublishGrid(header, navigation_.builder().Grid());
+}
+
+void MapPublisher::PublishGrid(const std_msgs::Header& header, const OccupancyGrid2d& grid) {
+  // Also while publishing, so that a new subscriber's map and the updates reach it in order.
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (!grid_.has_value() || !HaveSameLayout(*grid_, grid)) {
+    map_.publish(ToOccupancyGrid(header, grid));
+  } else if (const std::optional<GridRegion> region = ChangedRegion(*grid_, grid); region.has_value()) {
+    map_updates_.publish(ToGridUpdate(header, grid, *region));
+  }
+  grid_ = grid;
+  grid_header_ = header;
+}
+
+// A latched map would be the last whole one, without the updates since.
+void MapPublisher::OnMapSubscriber(const ros::SingleSubscriberPublisher& subscriber) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (grid_.has_value()) subscriber.publish(ToOccupancyGrid(grid_header_, *grid_));
 }
 
 OccupancyGrid2d BuildGrid(const MapSnapshot& snapshot, const PipelineOptions& options) {

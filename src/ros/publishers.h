@@ -11,6 +11,7 @@
 
 #include "parameters.h"
 #include "planar_vslam/pipeline/executor.h"
+#include "planar_vslam/pipeline/navigation_map.h"
 #include "tracking_loop.h"
 
 namespace planar_vslam::ros_face {
@@ -37,7 +38,8 @@ class LocalizationPublisher {
   ros::Timer timer_;  // last: stops before the rest goes
 };
 
-// `map`, `map_points`, `path`, `keyframes`, built on a thread of their own from snapshots.
+// `map`, `map_updates`, `map_points`, `path`, `keyframes`, built on a thread of their own from snapshots. `map` comes
+// whole to who subscribes and whenever its bounds change; in between `map_updates` has the changed rectangle.
 class MapPublisher {
  public:
   MapPublisher(ros::NodeHandle* node, const NodeSettings& settings);
@@ -48,9 +50,15 @@ class MapPublisher {
 
  private:
   void Publish(const MapSnapshot& snapshot, bool grid_due);
+  void PublishGrid(const std_msgs::Header& header, const OccupancyGrid2d& grid);
+  void OnMapSubscriber(const ros::SingleSubscriberPublisher& subscriber);
 
   const NodeSettings settings_;
-  ros::Publisher map_, map_points_, path_, keyframes_;
+  NavigationMap navigation_;  // of the builder's thread
+  std::mutex mutex_;
+  std::optional<OccupancyGrid2d> grid_;  // as published last
+  std_msgs::Header grid_header_;
+  ros::Publisher map_, map_updates_, map_points_, path_, keyframes_;
   std::optional<Timestamp> last_grid_, last_points_;
   std::atomic<bool> building_{false};
   WorkerExecutor builder_;  // last: its jobs end before the rest goes

@@ -43,7 +43,7 @@ TEST(FloorMonitor, ReleasesOnAStreetThatKeepsClimbing) {
 
 TEST(FloorMonitor, OneOrTwoOddPosesAreNoRamp) {
   FloorMonitor monitor;
-  for (int i = 0; i < 100; ++i) monitor.Add(At(0.1 * i, i % 4 < 2 ? 0.0 : 0.15));
+  for (int i = 0; i < 100; ++i) monitor.Add(At(0.1 * i, i % 20 < 2 ? 0.15 : 0.0));
   EXPECT_TRUE(monitor.on_floor());
 }
 

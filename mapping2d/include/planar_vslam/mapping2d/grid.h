@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,15 @@ struct OccupancyGrid2d {
     return cells[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)];
   }
 };
+
+// Whether both have the same cells, whatever their values.
+bool HaveSameLayout(const OccupancyGrid2d& a, const OccupancyGrid2d& b);
+
+struct GridRegion {
+  int x = 0, y = 0, width = 0, height = 0;  // cells
+};
+// The smallest rectangle that holds every cell whose value differs; nothing where none does. Needs the same layout.
+std::optional<GridRegion> ChangedRegion(const OccupancyGrid2d& before, const OccupancyGrid2d& after);
 
 // Writes `yaml_path` and a binary pgm beside it with the same stem (map_server trinary: 0 occupied, 254 free, 205
 // unknown). An empty grid is written as one unknown cell, because readers refuse images without pixels.

@@ -35,7 +35,9 @@ class FloorMonitor {
     FloorReading reading;
     double way = 0.0;  // m, driven up to here
   };
-  double DistanceToOneMetreAgo(const FloorReading& reading) const;
+  double WayTo(const FloorReading& reading) const;
+  // d'^2; for the first metre against the floor itself, on which a map begins.
+  double ChangeSquared(const FloorReading& reading) const;
 
   std::deque<Step> way_;  // of the last metres
   bool on_floor_ = true;
