@@ -8,8 +8,9 @@ namespace planar_vslam {
 namespace {
 
 constexpr double kReleaseChangeSquared = 49.0;  // 7 sigma: 3.5 degrees or 7 cm within a metre at the default sigmas
-// 20 sigma: 20 cm or 10 degrees at the default sigmas. Bends of a map on a flat floor stay below, streets do not.
-constexpr double kReleaseSquared = 400.0;
+// 11 sigma: 11 cm or 5.5 degrees at the default sigmas. An empirical limit between the bends of maps on flat floors and
+// a street, see BENCHMARK.md.
+constexpr double kReleaseSquared = 121.0;
 constexpr double kChi2ThreeDof90 = 6.251;  // chi-square, 3 dof, 90 %
 constexpr int kReleaseAfter = 3;
 constexpr int kResumeAfter = 10;

@@ -31,7 +31,7 @@ TEST(FloorMonitor, ReleasesOnARampWithinItsFirstMetre) {
 
 TEST(FloorMonitor, StaysWhereAMapBendsSlowly) {
   FloorMonitor monitor;
-  for (double way = 0.0; way < 20.0; way += 0.1) monitor.Add(At(way, 0.006 * way, DegreesToRadians(0.1) * way));
+  for (double way = 0.0; way < 20.0; way += 0.1) monitor.Add(At(way, 0.004 * way, DegreesToRadians(0.1) * way));
   EXPECT_TRUE(monitor.on_floor());
 }
 

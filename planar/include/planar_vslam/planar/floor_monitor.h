@@ -25,7 +25,7 @@ FloorReading ReadFloor(const Rigid3& T_map_base, const Matrix6d& covariance, dou
 
 class FloorMonitor {
  public:
-  // Takes the next pose. Released after three in a row whose d' is beyond 7 sigma or whose d is beyond 20; on the floor
+  // Takes the next pose. Released after three in a row whose d' is beyond 7 sigma or whose d is beyond 11; on the floor
   // again after ten in a row whose d is within the 90 % limit.
   void Add(const FloorReading& reading);
   bool on_floor() const { return on_floor_; }
