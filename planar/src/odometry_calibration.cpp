@@ -48,14 +48,6 @@ Rigid2 PoseAt(const std::vector<OdometryReading>& readings, const Instant& t) {
   return readings[k].T_odom_base * ExpSe2(t.Since(readings[k].stamp) * Velocity(readings, k));
 }
 
-Eigen::Matrix3d AdjointSe2(const Rigid2& T) {
-  Eigen::Matrix3d adjoint = Eigen::Matrix3d::Identity();
-  adjoint.topLeftCorner<2, 2>() = T.R();
-  adjoint(0, 2) = T.translation.y();
-  adjoint(1, 2) = -T.translation.x();
-  return adjoint;
-}
-
 // Right tangent of the plane as one of space: x, y, heading.
 Eigen::Matrix<double, 6, 3> LiftTangent() {
   Eigen::Matrix<double, 6, 3> lift = Eigen::Matrix<double, 6, 3>::Zero();

@@ -9,6 +9,7 @@ std::vector<std::string> PlanarPriorOptions::Problems() const {
   std::vector<std::string> problems;
   internal::ExpectPositive("sigma_height", sigma_height, &problems);
   internal::ExpectPositive("sigma_tilt", sigma_tilt, &problems);
+  internal::ExpectPositive("sigma_floor_point", sigma_floor_point, &problems);
   return problems;
 }
 

@@ -53,6 +53,12 @@ PreintegratedOdometry Compose(const PreintegratedOdometry& ij, const Preintegrat
   return ik;
 }
 
+PreintegratedOdometry Inflate(PreintegratedOdometry odometry, const Eigen::Vector3d& slip) {
+  const double missed = slip.head<2>().squaredNorm();  // whichever way the wheels point the next time
+  odometry.covariance.diagonal() += Eigen::Vector3d(missed, missed, Square(slip.z()));
+  return odometry;
+}
+
 Eigen::Matrix3d CovarianceWithFloor(const PreintegratedOdometry& odometry, const OdometryNoise& noise) {
   Eigen::Matrix3d covariance = odometry.covariance;
   covariance.diagonal() +=

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "planar_vslam/optimize/map_uncertainty.h"
 #include "stages.h"
 
 namespace planar_vslam {
@@ -96,6 +97,8 @@ MappingOutcome MapKeyframe(Map map, const KeyframeProposal& proposal, const Mapp
   const BundleResult bundle = AdjustBundle(map, LocalRequest(map, id, o), context.bundle);
   map = Apply(std::move(map), ToEdit(bundle));
   report.bundle = WithoutValues(bundle);
+
+  if (map.metric) report.covariance = KeyframeCovariance(map, id, context.bundle);
 
   const MapEdit redundant = CullKeyframes(map, id, o, &report.keyframes_culled);
   map = Apply(std::move(map), redundant);

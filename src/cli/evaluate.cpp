@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <map>
@@ -5,6 +7,7 @@
 #include <string>
 
 #include "commands.h"
+#include "planar_vslam/io/consistency.h"
 #include "planar_vslam/io/evaluation.h"
 #include "planar_vslam/io/trajectory.h"
 
@@ -14,7 +17,7 @@ namespace {
 constexpr double kLongestOffset = 4e9;  // s; shifts between any two epochs of today fit
 
 struct EvaluateArguments {
-  std::string estimate, groundtruth, plot;
+  std::string estimate, groundtruth, plot, covariances;
   std::string alignment = "se3";
   double time_offset = 0.0;  // s, added to the estimate's stamps
   bool json = false;
@@ -28,6 +31,19 @@ std::map<std::string, EvaluationAlignment> Alignments() {
           {"first", EvaluationAlignment::kFirst}};
 }
 
+int PrintConsistency(const EvaluateArguments& arguments, const Trajectory& estimate, const Trajectory& truth) {
+  const Expected<std::vector<StampedCovariance>> covariances = ReadCovariances(arguments.covariances);
+  if (!covariances) return Fail(kExitBadInput, covariances.error().message);
+  const Expected<Consistency> consistency = EvaluateConsistency(estimate, *covariances, truth);
+  if (!consistency) return Fail(kExitFailure, arguments.covariances + ": " + consistency.error().message);
+  fmt::print("{}\n", arguments.json
+                         ? fmt::format("{{\"poses\": {}, \"mean_nees\": {:.6g}, \"within_95\": {:.6g}}}",
+                                       consistency->poses, consistency->mean_nees, consistency->within_95)
+                         : fmt::format("NEES {:.2f} over {} poses (3 expected), {:.1f} % within their 95 %",
+                                       consistency->mean_nees, consistency->poses, 100.0 * consistency->within_95));
+  return kExitSuccess;
+}
+
 int Evaluate(const EvaluateArguments& arguments) {
   Expected<Trajectory> estimate = ReadTrajectory(arguments.estimate);
   if (!estimate) return Fail(kExitBadInput, estimate.error().message);
@@ -35,6 +51,7 @@ int Evaluate(const EvaluateArguments& arguments) {
   if (!truth) return Fail(kExitBadInput, truth.error().message);
   const Timestamp shift = Timestamp::FromSeconds(arguments.time_offset);
   for (StampedPose& pose : *estimate) pose.stamp.nanoseconds += shift.nanoseconds;
+  if (!arguments.covariances.empty()) return PrintConsistency(arguments, *estimate, *truth);
   const Expected<TrajectoryErrors> errors = EvaluateTrajectory(*estimate, *truth, Alignments().at(arguments.alignment));
   if (!errors) return Fail(kExitFailure, arguments.estimate + ": " + errors.error().message);
   if (!arguments.plot.empty()) {
@@ -58,6 +75,9 @@ void AddEvaluate(CLI::App& app, int* exit_code) {
       ->check(CLI::IsMember(Alignments()));
   command->add_option("--time-offset", arguments->time_offset, "Seconds to add to the estimate's stamps")
       ->check(CLI::Range(-kLongestOffset, kLongestOffset));
+  command->add_option(
+      "--consistency", arguments->covariances,
+      "Instead: NEES of the poses with these covariances (covariance_live.csv), laid over the first pose");
   command->add_flag("--json", arguments->json, "Print JSON instead of a table");
   command->add_option("--plot", arguments->plot, "Also write a picture of both trajectories, SVG");
   command->callback([arguments, exit_code] { *exit_code = Evaluate(*arguments); });

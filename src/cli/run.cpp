@@ -45,8 +45,12 @@ void PrintSummary(const SlamSystem& system, const RunResult& result, const fs::p
                map->metric ? "metric" : "scale unknown (no metric claim)");
   }
   if (report.scale.has_value()) {
-    fmt::print("scale: {:.4f} by steps (paper), {:.4f} by centroids (applied)\n", report.scale->by_steps,
-               report.scale->by_centroids);
+    fmt::print("scale: {:.4f} by steps (paper), {:.4f} by centroids, {:.4f} applied\n", report.scale->by_steps,
+               report.scale->by_centroids, report.scale->applied);
+  }
+  if (map != nullptr && map->metric && report.map_scale.fused.has_value()) {
+    fmt::print("scale known to {:.2f} %{}\n", 100.0 * report.map_scale.fused->sigma,
+               report.map_scale.consistent ? "" : "; its sources disagree, see report.json");
   }
   for (const auto& [reason, number] : result.unused_input) fmt::print("unused: {} x {}\n", number, reason);
   fmt::print("{:.1f} s of recording in {:.1f} s; results in {}\n", result.recorded_seconds, result.wall_seconds,

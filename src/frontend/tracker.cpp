@@ -297,6 +297,9 @@ TrackResult Tracker::Track(const TrackInput& input, const Map& map) {
   const bool was_tracked = visually_tracked_;
   if (FindFirstPose(input, map, prediction, &used, &result) && TrackLocalMap(input, map, used, &result)) {
     result.odometry_rejected = result.odometry_rejected || used.from_odometry != prediction.from_odometry;
+    if (result.odometry_rejected) {
+      result.slip = LogSe2(ProjectToPlane(prediction.T_map_base).Inverse() * ProjectToPlane(result.T_map_base));
+    }
     hypothesis_.reset();
     result.status = was_tracked ? TrackStatus::kTracking : TrackStatus::kRelocalized;
     result.jumped = !localized_ || IsJump(prediction, result);

@@ -38,4 +38,12 @@ Rigid2 Interpolate(const Rigid2& T_a, const Rigid2& T_b, double fraction) {
   return T_a * ExpSe2(fraction * LogSe2(T_a.Inverse() * T_b));
 }
 
+Eigen::Matrix3d AdjointSe2(const Rigid2& T) {
+  Eigen::Matrix3d adjoint = Eigen::Matrix3d::Identity();
+  adjoint.topLeftCorner<2, 2>() = T.R();
+  adjoint(0, 2) = T.translation.y();
+  adjoint(1, 2) = -T.translation.x();
+  return adjoint;
+}
+
 }  // namespace planar_vslam

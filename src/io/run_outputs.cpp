@@ -2,9 +2,11 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <array>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "planar_vslam/io/consistency.h"
 #include "planar_vslam/io/run_session.h"
 #include "planar_vslam/io/trajectory.h"
 #include "planar_vslam/map/map_file.h"
@@ -30,6 +32,17 @@ Trajectory LiveTrajectory(const RunResult& result, bool metric) {
     if (frame.T_map_base.has_value() && frame.metric == metric) trajectory.push_back({frame.stamp, *frame.T_map_base});
   }
   return trajectory;
+}
+
+// Of the planar pose, of the live trajectory's poses.
+std::vector<StampedCovariance> LiveCovariances(const RunResult& result, bool metric) {
+  std::vector<StampedCovariance> covariances;
+  const std::array<Eigen::Index, 3> at = {0, 1, 5};  // x, y, heading
+  for (const FrameReport& frame : result.frames) {
+    if (!frame.T_map_base.has_value() || frame.metric != metric) continue;
+    covariances.push_back({frame.stamp, frame.covariance(at, at)});
+  }
+  return covariances;
 }
 
 Trajectory KeyframeTrajectory(const Map& map) {
@@ -85,6 +98,33 @@ Json Timing(const RunResult& result) {
   return json;
 }
 
+Json ToJson(const std::optional<ScaleEvidence>& source) {
+  if (!source.has_value()) return nullptr;
+  return {{"log_correction", source->log_scale}, {"sigma", source->sigma}};
+}
+
+// The factor the map's scale is still short of by each source, and how an unscaled map came by its scale.
+Json ScaleJson(const SystemReport& report) {
+  const MapScale& scale = report.map_scale;
+  if (!scale.fused.has_value()) return nullptr;
+  Json json = {{"sigma", scale.fused->sigma},
+               {"log_correction", scale.fused->log_scale},
+               {"wheels", ToJson(scale.wheels)},
+               {"laser", ToJson(scale.laser)},
+               {"floor", ToJson(scale.floor)},
+               {"consistent", scale.consistent},
+               {"slipped_steps", scale.track.has_value() ? scale.track->slipped : 0}};
+  json["known_after_meters"] = report.scale_known_after.has_value() ? Json(*report.scale_known_after) : Json(nullptr);
+  if (report.scale.has_value()) {
+    json["recovered"] = {{"by_steps", report.scale->by_steps},
+                         {"by_centroids", report.scale->by_centroids},
+                         {"applied", report.scale->applied},
+                         {"keyframe", report.scale->keyframe.value},
+                         {"t", report.scale->stamp.Seconds()}};
+  }
+  return json;
+}
+
 Json ReportJson(const SlamSystem& system, const RunResult& result, const PipelineOptions& options, bool deterministic) {
   const SystemReport& report = system.report();
   const std::shared_ptr<const Map> map = system.map();
@@ -102,14 +142,7 @@ Json ReportJson(const SlamSystem& system, const RunResult& result, const Pipelin
                                           : Json(nullptr);
   if (map == nullptr && !result.frames.empty()) json["waiting_for"] = result.frames.back().waiting_for;
   json["metric"] = map != nullptr && map->metric;
-  json["scale"] = nullptr;
-  if (report.scale.has_value()) {
-    json["scale"] = {{"by_steps", report.scale->by_steps},
-                     {"by_centroids", report.scale->by_centroids},
-                     {"applied", "by_centroids"},
-                     {"keyframe", report.scale->keyframe.value},
-                     {"t", report.scale->stamp.Seconds()}};
-  }
+  json["scale"] = ScaleJson(report);
   json["keyframes"] = map != nullptr ? map->keyframes.size() : 0;
   json["keyframes_made"] = report.keyframes_made;
   json["keyframes_culled"] = report.keyframes_culled;
@@ -123,6 +156,7 @@ Json ReportJson(const SlamSystem& system, const RunResult& result, const Pipelin
   }
   json["laser_links"] = laser_links;
   json["odometry_rejected"] = report.odometry_rejected;
+  json["slips"] = report.slips;
   json["unused_input"] = result.unused_input.empty() ? Json(Json::object()) : Json(result.unused_input);
   if (!deterministic) json["timing"] = Timing(result);
   for (const auto& [key, value] : OptionValues(options)) json["configuration"][key] = value;
@@ -155,6 +189,10 @@ Expected<bool> WriteRunOutputs(const fs::path& folder, const SlamSystem& system,
   }
   if (Expected<bool> done =
           WriteTrajectory(LiveTrajectory(result, map != nullptr && map->metric), folder / "trajectory_live.txt");
+      !done.ok())
+    return done;
+  if (Expected<bool> done =
+          WriteCovariances(LiveCovariances(result, map != nullptr && map->metric), folder / "covariance_live.csv");
       !done.ok())
     return done;
   if (system.report().scale.has_value()) {

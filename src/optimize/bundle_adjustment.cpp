@@ -7,6 +7,7 @@
 #include <deque>
 
 #include "planar_vslam/optimize/reprojection_factor.h"
+#include "planar_vslam/planar/floor_points.h"
 #include "planar_vslam/planar/odometry_factor.h"
 #include "planar_vslam/planar/pose_manifold.h"
 
@@ -38,6 +39,7 @@ class BundleProblem {
       Eigen::Map<Eigen::Vector3d>(PointBlock(i)) = landmark.p_map;
       for (const Observation& o : landmark.observations) CollectObservation(i, o);
     }
+    FindFloor();
   }
 
   bool empty() const { return observations_.empty(); }
@@ -177,6 +179,29 @@ class BundleProblem {
     for (const KeyframeId id : request_.free_keyframes) {
       if (map_.keyframes.At(id).on_floor) problem->AddResidualBlock(&floor_, nullptr, PoseBlock(IndexOf(id)));
     }
+    if (!context_.planar.floor_points) return;
+    for (const std::size_t landmark : floor_landmarks_) {
+      problem->AddResidualBlock(&floor_point_, &floor_point_loss_, PointBlock(landmark));
+    }
+  }
+
+  // Landmarks on the floor, seen by keyframes on it only.
+  void FindFloor() {
+    std::vector<bool> on_floor(request_.landmarks.size(), true);
+    std::vector<int> seen(request_.landmarks.size(), 0);
+    for (const BlockObservation& o : observations_) {
+      if (!map_.keyframes.At(keyframes_[o.keyframe]).on_floor) on_floor[o.landmark] = false;
+      ++seen[o.landmark];
+    }
+    constexpr int kMinObservations = 3;
+    std::vector<std::size_t> candidates;
+    std::vector<Eigen::Vector3d> points;
+    for (std::size_t i = 0; i < request_.landmarks.size(); ++i) {
+      if (!on_floor[i] || seen[i] < kMinObservations) continue;
+      candidates.push_back(i);
+      points.push_back(map_.landmarks.At(request_.landmarks[i]).p_map);
+    }
+    for (const std::size_t k : FindFloorPoints(points).indices) floor_landmarks_.push_back(candidates[k]);
   }
 
   const Map& map_;
@@ -188,7 +213,10 @@ class BundleProblem {
   std::deque<ReprojectionFactor> reprojections_;  // one per observation; cost functions cannot be moved
   std::deque<OdometryFactor> motion_factors_;
   PlanarPriorFactor floor_{context_.planar.sigma_height, context_.planar.sigma_tilt};
+  std::vector<std::size_t> floor_landmarks_;  // indices into the landmark blocks
+  FloorPointFactor floor_point_{context_.planar.sigma_floor_point};
   PoseManifold manifold_;
+  ceres::CauchyLoss floor_point_loss_{2.0};  // sigmas
   ceres::HuberLoss pixel_loss_{std::sqrt(kChi2TwoDof95)};
   ceres::HuberLoss odometry_loss_{context_.options.odometry_huber};
 };

@@ -148,7 +148,11 @@ void AddBackEnd(PipelineOptions& o, FieldList* f) {
   f->Add("laser.min_share", o.scan_match.min_share);
   f->Add("laser.min_points", o.scan_match.min_points);
   f->Add("scale.keyframes", o.scale.keyframes);
+  f->Add("scale.max_sigma", o.scale.max_sigma);
   f->Add("scale.min_distance", o.scale.min_distance);
+  f->Add("scale.wheel_sigma", o.scale.wheel_sigma);
+  f->Add("scale.laser_sigma", o.scale.laser_sigma);
+  f->Add("scale.height_sigma", o.scale.height_sigma);
 }
 
 void AddPlanar(PipelineOptions& o, FieldList* f) {
@@ -173,6 +177,10 @@ void AddPlanar(PipelineOptions& o, FieldList* f) {
          std::map<std::string, PlanarMode>{{"off", PlanarMode::kOff}, {"soft", PlanarMode::kSoft}});
   f->Add("planar.sigma_height", o.planar.sigma_height);
   f->AddDegrees("planar.sigma_tilt_deg", o.planar.sigma_tilt);
+  f->Add("mount.sigma_position", o.mount.position);
+  f->AddDegrees("mount.sigma_angle_deg", o.mount.angle);
+  f->Add("planar.floor_points", o.planar.floor_points);
+  f->Add("planar.sigma_floor_point", o.planar.sigma_floor_point);
 }
 
 void AddMapping2d(PipelineOptions& o, FieldList* f) {
@@ -252,6 +260,13 @@ std::string ApplyNode(const FieldList& list, const YAML::Node& node, const std::
 
 }  // namespace
 
+std::vector<std::string> MountUncertainty::Problems() const {
+  std::vector<std::string> problems;
+  if (!(position > 0.0)) problems.emplace_back("sigma_position must be positive (m)");
+  if (!(angle > 0.0)) problems.emplace_back("sigma_angle_deg must be positive (deg)");
+  return problems;
+}
+
 std::vector<std::string> PipelineOptions::Problems() const {
   std::vector<std::string> all;
   const auto add = [&all](const std::string& section, const std::vector<std::string>& problems) {
@@ -267,8 +282,8 @@ std::vector<std::string> PipelineOptions::Problems() const {
   add("calibration", calibration.Problems());
   add("laser", scan_match.Problems());
   add("mapping2d", mapping2d.Problems());
-  if (scale.keyframes < 3) all.emplace_back("scale: keyframes must be at least 3");
-  if (!(scale.min_distance > 0.0)) all.emplace_back("scale: min_distance must be positive (m)");
+  add("scale", scale.Problems());
+  add("mount", mount.Problems());
   if (initializer.mode == InitializationMode::kOdometry && odometry == OdometryUse::kOff) {
     all.emplace_back("init: 'odometry' needs odometry, but odometry is 'off'; set init to 'visual'");
   }

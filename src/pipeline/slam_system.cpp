@@ -100,6 +100,11 @@ void SlamSystem::Reset() {
   before_map_.clear();
   sweeps_ = SweepCollector{};
   report_ = SystemReport{};
+  scale_gate_ = ScaleGate{};
+  scale_missing_.clear();
+  slipping_ = false;
+  distance_ = 0.0;
+  keyframe_covariance_.setZero();
   if (saved_map_ != nullptr) {
     map_ = saved_map_;
     tracker_.StartUnlocalized();
@@ -133,6 +138,7 @@ FrameReport SlamSystem::Process(const FramePacket& packet) {
   const FrameFeaturesPtr features = Extract(&extractor_, packet, map_ == nullptr, options_.orb.feature_count);
   report.extract_ms = total.Milliseconds();
   const std::optional<PreintegratedOdometry> step = Step(packet, options_.odometry_noise);
+  if (step.has_value()) distance_ += step->distance;
   if (map_ == nullptr) {
     Initialize(packet, features, step, &report);
   } else {
@@ -159,6 +165,10 @@ void SlamSystem::Initialize(const FramePacket& packet, const FrameFeaturesPtr& f
   report->state = FrameState::kTracking;
   report->keyframe = true;
   report->T_map_base = keyframe.T_map_base;
+  report->covariance =
+      LiftedCovariance(keyframe.odometry_link.has_value() ? keyframe.odometry_link->odometry : PreintegratedOdometry{},
+                       options_.odometry_noise) +
+      CovarianceOfMapAt(keyframe.T_map_base);
   report->metric = map_->metric;
   report->inliers = static_cast<int>(map_->landmarks.size());
   T_map_base_last_ = keyframe.T_map_base;
@@ -206,19 +216,15 @@ void SlamSystem::TrackFrame(const FramePacket& packet, const FrameFeaturesPtr& f
   CollectMapping(false);
   report->metric = map_->metric;  // of the map the pose is found in: scale may be recovered before this frame is done
   const Stopwatch tracking;
-  if (step.has_value() && since_keyframe_.has_value()) {
-    since_keyframe_ = Compose(*since_keyframe_, *step);
-  } else {
-    since_keyframe_.reset();
-  }
   const bool was_localized = tracker_.localized();
   const bool may_make_keyframe = !pending_.has_value() && !localizing();
   TrackResult result =
       tracker_.Track({packet.image.stamp, features, packet.T_base_camera, step, may_make_keyframe}, *map_);
   report->track_ms = tracking.Milliseconds();
+  AddSinceKeyframe(step, result);
   report->state = ToState(result.status);
   report->inliers = result.inliers;
-  report->covariance = result.covariance;
+  report->covariance = result.covariance + CovarianceOfMapAt(result.T_map_base);
   report->odometry_rejected = result.odometry_rejected;
   report_.odometry_rejected += result.odometry_rejected ? 1 : 0;
   constexpr std::size_t kEnoughSightings = 200'000;  // a robot that stands for hours makes no keyframe to take them
@@ -229,6 +235,7 @@ void SlamSystem::TrackFrame(const FramePacket& packet, const FrameFeaturesPtr& f
                  [](LandmarkId id) { return id.valid(); });
   }
   if (!was_localized) before_map_.push_back({packet.image.stamp, packet.T_base_camera, step});
+  if (!map_->metric) report->waiting_for = scale_missing_;
   if (!tracker_.localized()) {
     report->state = FrameState::kInitializing;
     report->waiting_for = "a view that the saved map knows";
@@ -246,6 +253,38 @@ void SlamSystem::TrackFrame(const FramePacket& packet, const FrameFeaturesPtr& f
     Propose(packet, features, std::move(result));
     report->map_ms = mapping.Milliseconds();
   }
+}
+
+// Odometry since the last keyframe; where the wheels slipped it counts for less, and the slip is counted once.
+void SlamSystem::AddSinceKeyframe(const std::optional<PreintegratedOdometry>& step, const TrackResult& result) {
+  if (!step.has_value() || !since_keyframe_.has_value()) {
+    since_keyframe_.reset();
+    return;
+  }
+  if (result.odometry_rejected && !slipping_) ++report_.slips;
+  slipping_ = result.odometry_rejected;
+  since_keyframe_ = Compose(*since_keyframe_, result.odometry_rejected ? Inflate(*step, result.slip) : *step);
+}
+
+// What the tracker, which takes the map for true, does not know: how uncertain the newest keyframe is in the map, and
+// how well the mount tells the base, here and at the map's origin. All carried to the frame.
+Matrix6d SlamSystem::CovarianceOfMapAt(const Rigid3& T_map_base) const {
+  Matrix6d covariance = Matrix6d::Zero();
+  const Keyframe* newest = map_->keyframes.Find(covariance_of_);
+  if (!map_->metric) return covariance;
+  const double position = options_.mount.position * options_.mount.position;
+  const Eigen::Matrix3d mount =
+      Eigen::Vector3d(position, position, options_.mount.angle * options_.mount.angle).asDiagonal();
+  const Rigid2 T_map_frame = ProjectToPlane(T_map_base);
+  const Eigen::Matrix3d from_origin = AdjointSe2(T_map_frame.Inverse());
+  Eigen::Matrix3d planar = mount + from_origin * mount * from_origin.transpose();
+  if (newest != nullptr) {
+    const Eigen::Matrix3d from_newest = AdjointSe2(T_map_frame.Inverse() * ProjectToPlane(newest->T_map_base));
+    planar += from_newest * keyframe_covariance_ * from_newest.transpose();
+  }
+  const std::array<Eigen::Index, 3> at = {0, 1, 5};  // x, y, heading
+  covariance(at, at) = planar;
+  return covariance;
 }
 
 void SlamSystem::Propose(const FramePacket& packet, const FrameFeaturesPtr& features, TrackResult result) {
@@ -287,40 +326,55 @@ void SlamSystem::CollectMapping(bool wait) {
   ++report_.keyframes_made;
   report_.keyframes_culled += static_cast<long>(outcome.report.keyframes_culled.size());
   tracker_.OnKeyframe(*map_, outcome.report.keyframe, T_keyframe_last);
+  keyframe_covariance_ = outcome.report.covariance;
+  covariance_of_ = outcome.report.keyframe;
+  AssessMapScale();
   TryScaleRecovery(stamp);
 }
 
-// The paper's procedure: N keyframes, scale from odometry between them, keyframes and points scaled, the map levelled
-// to the first base pose, global bundle adjustment.
+void SlamSystem::AssessMapScale() {
+  report_.map_scale = AssessScale(*map_, options_.scale);
+  const std::optional<ScaleEvidence>& fused = report_.map_scale.fused;
+  const bool known = map_->metric && fused.has_value() && fused->sigma <= options_.scale.max_sigma;
+  if (known && !report_.scale_known_after.has_value()) report_.scale_known_after = distance_;
+}
+
+// An unscaled map becomes metric once the sources of scale settle on one: keyframes and points scaled, the map levelled
+// to the first base pose, global bundle adjustment. With `scale.keyframes` it is the paper's procedure: N keyframes,
+// and scale from odometry between them.
 void SlamSystem::TryScaleRecovery(Timestamp stamp) {
-  if (map_->metric || static_cast<int>(map_->keyframes.size()) < options_.scale.keyframes) return;
-  std::vector<LeverArmSample> samples;
-  Rigid2 T_odom_base;
-  for (const auto& [id, keyframe] : map_->keyframes) {
-    if (id != map_->keyframes.begin()->first) {
-      if (!keyframe.odometry_link.has_value()) return;
-      T_odom_base = T_odom_base * keyframe.odometry_link->odometry.T_i_j;
-    }
-    samples.push_back({keyframe.T_map_camera(), keyframe.T_base_camera, T_odom_base});
+  if (map_->metric || map_->keyframes.size() < 3) return;
+  const MapScale& now = report_.map_scale;
+  const int wanted = options_.scale.keyframes;
+  if (wanted > 0) {
+    const int have = static_cast<int>(map_->keyframes.size());
+    scale_missing_ = have < wanted ? std::to_string(wanted - have) + " more keyframes for the scale" : "";
+    if (!now.track.has_value()) scale_missing_ = "scale: drive on, sideways or forwards";
+  } else {
+    scale_missing_ = scale_gate_.Missing(now, options_.scale);
   }
-  const auto by_steps = RecoverScale(samples, ScaleMethod::kSteps, options_.scale.min_distance);
-  const auto by_centroids = RecoverScale(samples, ScaleMethod::kCentroids, options_.scale.min_distance);
-  if (!by_steps.has_value() || !by_centroids.has_value()) return;
-  report_.scale = ScaleReport{*by_steps, *by_centroids, {}, std::prev(map_->keyframes.end())->first, stamp};
+  if (!scale_missing_.empty()) return;
+  ApplyScale(stamp, wanted > 0 ? std::log(now.track->scale) : now.fused->log_scale);
+}
+
+void SlamSystem::ApplyScale(Timestamp stamp, double log_scale) {
+  const std::vector<LeverArmSample> samples = LinkedTrack(*map_);
+  report_.scale = ScaleReport{RecoverScale(samples, ScaleMethod::kSteps, 0.0).value_or(0.0),
+                              RecoverScale(samples, ScaleMethod::kCentroids, 0.0).value_or(0.0),
+                              std::exp(log_scale),
+                              {},
+                              std::prev(map_->keyframes.end())->first,
+                              stamp};
   for (const auto& [id, keyframe] : map_->keyframes) {
     report_.scale->unscaled_cameras.emplace_back(keyframe.stamp, keyframe.T_map_camera());
   }
-
-  const double scale = *by_centroids;
-  const Keyframe& first = map_->keyframes.begin()->second;
-  Rigid3 T_map_camera = first.T_map_camera();
-  T_map_camera.translation *= scale;
-  const Rigid3 T_level = (T_map_camera * first.T_base_camera.Inverse()).Inverse();
-  Map scaled = Apply(*map_, {TransformMap{scale, T_level}, SetMetric{true}});
+  const double scale = report_.scale->applied;
+  Map scaled = ScaledToMetric(*map_, scale);
   trajectory_.OnScaled(scaled, scale);
   MappingOutcome outcome = AdjustWholeMap(std::move(scaled), bundle_);
   map_ = std::make_shared<const Map>(std::move(outcome.map));
   tracker_.OnMapScaled(*map_, scale);
+  AssessMapScale();
 }
 
 void SlamSystem::Finish() {
@@ -334,6 +388,7 @@ void SlamSystem::Finish() {
   context.options.max_iterations = std::max(context.options.max_iterations, kFinalIterations);
   MappingOutcome outcome = AdjustWholeMap(*map_, context);
   map_ = std::make_shared<const Map>(std::move(outcome.map));
+  AssessMapScale();
 }
 
 }  // namespace planar_vslam

@@ -1,4 +1,5 @@
 #include "planar_vslam/planar/scale_recovery.h"
+#include "planar_vslam/planar/scale_estimate.h"
 
 #include <gtest/gtest.h>
 
@@ -17,6 +18,7 @@ struct Walk {
   double odometry_sigma = 0.0;  // share of the step
   double lever = 0.1;           // m, camera ahead of the base
   bool head_turns = false;
+  double slip_share = 0.0;  // of the steps, in which the wheels read 1.5 to 3 times the way
 };
 
 // Steps of 5-40 cm with a change of heading, every fifth one a turn on the spot. The visual map has its own
@@ -40,7 +42,8 @@ std::vector<LeverArmSample> Simulate(const Walk& walk, std::mt19937& generator) 
     const double length = k % 5 == 4 ? 0.0 : 0.05 + 0.35 * uniform(generator);
     const double turn = k % 5 == 4 ? 0.5 : 0.3 * normal(generator);
     T_world_base = T_world_base * Rigid2(length, 0.0, turn);
-    T_odom_base = T_odom_base * Rigid2(length * (1.0 + walk.odometry_sigma * normal(generator)), 0.0, turn);
+    const double slip = uniform(generator) < walk.slip_share ? 1.5 + 1.5 * uniform(generator) : 1.0;
+    T_odom_base = T_odom_base * Rigid2(length * slip * (1.0 + walk.odometry_sigma * normal(generator)), 0.0, turn);
   }
   return samples;
 }
@@ -180,6 +183,68 @@ TEST(ScaleCameraMotion, RestoresTheBaseMotion) {
     EXPECT_LT((T_ref_base.translation - scaled.translation).norm(), 1e-12);
     EXPECT_LT(T_ref_base.rotation.angularDistance(scaled.rotation), 1e-7);
   }
+}
+
+struct EstimateErrors {
+  double bias = 0.0, rms = 0.0, stated = 0.0, slipped = 0.0;  // of log(scale); sigma as stated, rms; slips a track
+};
+
+EstimateErrors ErrorsOver(const Walk& walk, int trials) {
+  std::mt19937 generator(11);
+  EstimateErrors errors;
+  for (int trial = 0; trial < trials; ++trial) {
+    const std::optional<ScaleEstimate> estimate = EstimateScale(Simulate(walk, generator));
+    EXPECT_TRUE(estimate.has_value());
+    if (!estimate.has_value()) continue;
+    const double error = std::log(estimate->scale / kScale);
+    errors.bias += error / trials;
+    errors.rms += error * error / trials;
+    errors.stated += estimate->sigma * estimate->sigma / trials;
+    errors.slipped += static_cast<double>(estimate->slipped) / trials;
+  }
+  errors.rms = std::sqrt(errors.rms);
+  errors.stated = std::sqrt(errors.stated);
+  return errors;
+}
+
+TEST(EstimateScale, KnowsHowGoodItIs) {
+  for (const int keyframes : {20, 40, 100}) {
+    Walk walk;
+    walk.keyframes = keyframes;
+    walk.visual_sigma = 0.01;
+    walk.odometry_sigma = 0.05;
+    const EstimateErrors errors = ErrorsOver(walk, 300);
+    EXPECT_LT(std::abs(errors.bias), 0.005) << keyframes;
+    EXPECT_GT(errors.stated, 0.7 * errors.rms) << keyframes;
+    EXPECT_LT(errors.stated, 1.4 * errors.rms) << keyframes;
+  }
+}
+
+TEST(EstimateScale, CutsSlipsOut) {
+  Walk walk;
+  walk.keyframes = 40;
+  walk.visual_sigma = 0.005;
+  walk.odometry_sigma = 0.02;
+  walk.slip_share = 0.1;
+  const EstimateErrors errors = ErrorsOver(walk, 300);
+  EXPECT_LT(std::abs(errors.bias), 0.01);
+  EXPECT_LT(errors.rms, 0.02);
+  EXPECT_GT(errors.slipped, 2.0);
+  EXPECT_LT(errors.slipped, 6.0);
+}
+
+TEST(EstimateScale, SaysNothingWithoutMotion) {
+  EXPECT_FALSE(EstimateScale({}).has_value());
+  const LeverArmSample still{Rigid3(), Rigid3(), Rigid2()};
+  EXPECT_FALSE(EstimateScale({still, still, still, still}).has_value());
+}
+
+TEST(FuseScale, WeighsByVariance) {
+  EXPECT_FALSE(Fuse({}).has_value());
+  const std::optional<ScaleEvidence> both = Fuse({{0.02, 0.01}, {0.0, 0.005}});
+  ASSERT_TRUE(both.has_value());
+  EXPECT_NEAR(both->log_scale, 0.004, 1e-12);
+  EXPECT_NEAR(both->sigma, 0.01 / std::sqrt(5.0), 1e-12);
 }
 
 }  // namespace

@@ -56,6 +56,7 @@ struct CulledKeyframe {
 
 struct MappingReport {
   KeyframeId keyframe;
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  // of its pose in the map (map_uncertainty.h)
   int laser_links = 0;
   int triangulated = 0;
   int fused = 0;

@@ -67,6 +67,8 @@ struct TrackResult {
   Rigid3 T_ref_base;
   int inliers = 0;
   bool odometry_rejected = false;  // vision and odometry disagreed (slip): odometry did not take part
+  Eigen::Vector3d slip =
+      Eigen::Vector3d::Zero();  // then, what odometry missed: right tangent [x, y, angle] of its pose
   bool wants_keyframe = false;
   bool jumped = false;   // found far from where the frames before led: no motion leads here from them
   bool on_floor = true;  // whether the floor prior took part

@@ -35,6 +35,9 @@ inline Eigen::Vector2d operator*(const Rigid2& T_a_b, const Eigen::Vector2d& p_b
 Rigid2 ExpSe2(const Eigen::Vector3d& xi);
 Eigen::Vector3d LogSe2(const Rigid2& T);
 
+// Ad with  T Exp(d) = Exp(Ad(T) d) T.
+Eigen::Matrix3d AdjointSe2(const Rigid2& T);
+
 // T_a * Exp(fraction * Log(T_a^-1 T_b)), fraction in [0, 1].
 Rigid2 Interpolate(const Rigid2& T_a, const Rigid2& T_b, double fraction);
 

@@ -13,14 +13,18 @@
 #include "planar_vslam/geometry/expected.h"
 #include "planar_vslam/mapping2d/map_builder.h"
 #include "planar_vslam/optimize/calibration.h"
+#include "planar_vslam/pipeline/map_scale.h"
 #include "planar_vslam/planar/odometry_noise.h"
 #include "planar_vslam/planar/planar_prior.h"
 
 namespace planar_vslam {
 
-struct ScaleOptions {
-  int keyframes = 15;         // N of the paper: scale is recovered once the unscaled map has this many
-  double min_distance = 0.5;  // m, and the robot has driven this far
+// How well the camera's mount tells where the base is: at the map's first keyframe, whose base is the map's origin, and
+// at every frame again. A camera that shakes by a quarter of a degree turns the map's axes by as much.
+struct MountUncertainty {
+  double position = 0.003;                // m, x and y
+  double angle = DegreesToRadians(0.25);  // rad, about the vertical
+  std::vector<std::string> Problems() const;
 };
 
 enum class OdometryUse { kAuto, kRequired, kOff };
@@ -48,6 +52,7 @@ struct PipelineOptions {
   ScanMatchOptions scan_match;
   MapBuilderOptions mapping2d;
   TopicOptions topics;
+  MountUncertainty mount;
   SensorCorrection calibration;  // applied to everything that comes in
   bool final_bundle_adjustment = true;
 

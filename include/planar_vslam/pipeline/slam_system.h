@@ -31,13 +31,15 @@ struct FrameReport {
   int inliers = 0;
   bool keyframe = false;
   bool odometry_rejected = false;
-  std::string waiting_for;  // while initialising: what is missing
+  std::string waiting_for;  // while there is no pose, or no metric one: what is missing
   double extract_ms = 0.0, track_ms = 0.0, map_ms = 0.0, total_ms = 0.0;
 };
 
+// How an unscaled map was made metric.
 struct ScaleReport {
   double by_steps = 0.0;                                       // the paper's ratio
-  double by_centroids = 0.0;                                   // the one applied
+  double by_centroids = 0.0;                                   // Horn's
+  double applied = 0.0;                                        // by all sources, see map_scale.h
   std::vector<std::pair<Timestamp, Rigid3>> unscaled_cameras;  // T_map_camera of the keyframes it was recovered from
   KeyframeId keyframe;                                         // the newest one at that moment
   Timestamp stamp;
@@ -47,8 +49,11 @@ struct SystemReport {
   std::map<FrameState, long> frames;
   long keyframes_made = 0, keyframes_culled = 0;
   long odometry_rejected = 0;
-  std::optional<ScaleReport> scale;      // only where the map was scaled
-  std::optional<Timestamp> initialized;  // first frame with a map
+  long slips = 0;                           // times the wheels went another way than the view
+  std::optional<ScaleReport> scale;         // only where the map was scaled
+  MapScale map_scale;                       // of the map as it is now
+  std::optional<double> scale_known_after;  // m driven until its standard deviation was good enough
+  std::optional<Timestamp> initialized;     // first frame with a map
 };
 
 enum class Schedule { kInline, kThreaded };
@@ -97,7 +102,11 @@ class SlamSystem {
   void PlaceEarlyFrames();
   void PlaceFramesBefore(const TrackResult& result);
   void CollectMapping(bool wait);
+  void AddSinceKeyframe(const std::optional<PreintegratedOdometry>& step, const TrackResult& result);
+  Matrix6d CovarianceOfMapAt(const Rigid3& T_map_base) const;
+  void AssessMapScale();
   void TryScaleRecovery(Timestamp stamp);
+  void ApplyScale(Timestamp stamp, double log_scale);
   bool localizing() const { return options_.mode == RunMode::kLocalization; }
 
   PipelineOptions options_;
@@ -116,7 +125,13 @@ class SlamSystem {
   SweepCollector sweeps_;
   std::shared_ptr<const Map> saved_map_;  // the run started from
   SystemReport report_;
+  ScaleGate scale_gate_;
+  std::string scale_missing_;  // while the map is not metric: what its scale waits for
+  bool slipping_ = false;      // the last frame was
+  double distance_ = 0.0;      // m, driven by the wheels since the first frame
   Rigid3 T_map_base_last_;
+  KeyframeId covariance_of_;                                       // keyframe whose pose in the map has...
+  Eigen::Matrix3d keyframe_covariance_ = Eigen::Matrix3d::Zero();  // ...this covariance, right tangent [x, y, angle]
 };
 
 }  // namespace planar_vslam

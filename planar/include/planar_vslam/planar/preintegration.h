@@ -28,6 +28,10 @@ PreintegratedOdometry Preintegrate(const std::vector<OdometryReading>& readings,
 // i->j then j->k, as one i->k measurement. Used when keyframe j is culled. Associative up to rounding.
 PreintegratedOdometry Compose(const PreintegratedOdometry& ij, const PreintegratedOdometry& jk);
 
+// The measurement in which the wheels slipped and missed the motion `slip` (right tangent [x, y, angle] at j): its
+// variances grow by the square of what was missed, for vision's word on how much that was is no measurement of theirs.
+PreintegratedOdometry Inflate(PreintegratedOdometry odometry, const Eigen::Vector3d& slip);
+
 // The covariance with the floors of `noise` added: always positive definite.
 Eigen::Matrix3d CovarianceWithFloor(const PreintegratedOdometry& odometry, const OdometryNoise& noise);
 

@@ -1,0 +1,20 @@
+#pragma once
+// How uncertain a keyframe's pose is in its map, whose origin is the first keyframe: [x, y, heading], a right
+// perturbation in the base. Bundle adjustment gives poses given the map around; what the map itself has drifted comes
+// from the chain of everything that ties keyframes together. Each tie between keyframes i and j is a relative pose with
+// information W, and with  e = Log(T_i_j^-1 T_map_i^-1 T_map_j),  de/dd_j = I,  de/dd_i = -Ad(T_i_j^-1):
+//   H = sum J^T W J,  the first keyframe fixed;  the covariance is the keyframe's block of H^-1.
+// Ties are odometry and laser links with their own covariance, and landmarks in common: n of them at a depth z tell a
+// heading to  k sigma_px / (f sqrt(n))  and a position to z times that. The factor k makes up for what neighbours'
+// ties share: they are no independent measurements, as they come from the same landmarks.
+#include <Eigen/Core>
+
+#include "planar_vslam/map/map.h"
+#include "planar_vslam/optimize/bundle_adjustment.h"
+
+namespace planar_vslam {
+
+// `map` metric. Zero for the first keyframe.
+Eigen::Matrix3d KeyframeCovariance(const Map& map, KeyframeId id, const BundleContext& context);
+
+}  // namespace planar_vslam

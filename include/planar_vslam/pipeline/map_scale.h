@@ -1,0 +1,54 @@
+#pragma once
+// How well a map's scale is known, and from what: wheel odometry over its keyframes, the laser's motion between them,
+// and the camera's height over the floor that the landmarks show. Each is an opinion on the factor the map is still to
+// be multiplied by, with a standard deviation that has the source's systematic error in it; they are independent and
+// fused by their variances. On a map that bundle adjustment has already made metric the factor is near 1, and its
+// standard deviation is that of the map's scale.
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "planar_vslam/map/map.h"
+#include "planar_vslam/planar/scale_estimate.h"
+
+namespace planar_vslam {
+
+struct ScaleOptions {
+  int keyframes = 0;            // the paper's N: scale is taken at this many keyframes; 0: once it is known well enough
+  double max_sigma = 0.01;      // of log(scale), well enough
+  double min_distance = 1.0;    // m driven
+  double wheel_sigma = 0.005;   // share by which calibrated wheels read wrong throughout
+  double laser_sigma = 0.001;   // the same for a laser's ranges
+  double height_sigma = 0.005;  // m, of the camera's height over the floor
+
+  std::vector<std::string> Problems() const;
+};
+
+struct MapScale {
+  std::optional<ScaleEstimate> track;  // wheels against the visual track
+  std::optional<ScaleEvidence> wheels, laser, floor;
+  std::optional<ScaleEvidence> fused;  // nothing where no source says anything
+  // Whether the sources agree: each within 3 sigma of the others' mean. If not: slip, a wrong floor, a wrong mount.
+  bool consistent = true;
+};
+
+// The longest run of keyframes up to the newest that odometry links one after the other.
+std::vector<LeverArmSample> LinkedTrack(const Map& map);
+
+MapScale AssessScale(const Map& map, const ScaleOptions& options);
+
+// An unscaled map made metric by `scale`: keyframes and landmarks scaled, and the first base put on the floor at the
+// map's origin.
+Map ScaledToMetric(const Map& map, double scale);
+
+// Decides when an unscaled map's scale is known: remembers how it changed over the last keyframes.
+class ScaleGate {
+ public:
+  // Takes the next opinion; empty once the scale may be applied, else what is missing.
+  std::string Missing(const MapScale& scale, const ScaleOptions& options);
+
+ private:
+  std::vector<double> recent_;  // log of the total factor, newest last
+};
+
+}  // namespace planar_vslam
