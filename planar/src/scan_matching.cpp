@@ -98,17 +98,20 @@ Normal Linearize(const PreparedScan& reference, const PointGrid& grid, const Pre
   for (std::size_t k = 0; k < current.points.size(); ++k) {
     if (current.surfaces[k].normal.isZero()) continue;  // a leg or an edge: its place on a surface is not known
     ++sum.considered;
-    const Eigen::Vector2d& q = current.points[k];
+    const Eigen::Vector2d& q = current.surfaces[k].point;
     const Eigen::Vector2d p = T.translation + R * q;
     const int nearest = grid.Nearest(p, radius);
     if (nearest < 0) continue;
     const ScanSurface& surface = reference.surfaces[static_cast<std::size_t>(nearest)];
     constexpr double kSameSide = 0.5;  // cosine between the two normals, whichever way they point
-    if (surface.normal.isZero() || std::abs(surface.normal.dot(R * current.surfaces[k].normal)) < kSameSide) continue;
-    const double e = surface.normal.dot(p - surface.point);
+    const Eigen::Vector2d own = R * current.surfaces[k].normal;
+    const double cosine = surface.normal.dot(own);
+    if (surface.normal.isZero() || std::abs(cosine) < kSameSide) continue;
+    const Eigen::Vector2d normal = (surface.normal + (cosine < 0.0 ? -1.0 : 1.0) * own).normalized();
+    const double e = normal.dot(p - surface.point);
     if (std::abs(e) >= tukey) continue;
     const double weight = std::pow(1.0 - (e / tukey) * (e / tukey), 2);
-    const Eigen::Vector2d n_current = R.transpose() * surface.normal;
+    const Eigen::Vector2d n_current = R.transpose() * normal;
     const Eigen::Vector3d g(n_current.x(), n_current.y(), n_current.dot(Eigen::Vector2d(-q.y(), q.x())));
     sum.H += weight * g * g.transpose();
     sum.b += weight * e * g;

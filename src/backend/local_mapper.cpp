@@ -56,6 +56,7 @@ std::vector<std::string> LocalMapperOptions::Problems() const {
   std::vector<std::string> problems;
   if (triangulation_neighbors < 1) problems.emplace_back("triangulation_neighbors must be at least 1");
   if (window < 1) problems.emplace_back("window must be at least 1");
+  if (young_map < 0) problems.emplace_back("young_map must be at least 0");
   if (max_fixed < 1) problems.emplace_back("max_fixed must be at least 1");
   if (!(min_parallax > 0.0)) problems.emplace_back("min_parallax must be positive (rad)");
   if (!(redundancy > 0.0 && redundancy <= 1.0)) problems.emplace_back("redundancy must lie in (0, 1]");

@@ -59,6 +59,8 @@ std::vector<KeyframeId> WithNearby(const Map& map, KeyframeId id, std::vector<Ke
 }
 
 BundleRequest LocalRequest(const Map& map, KeyframeId newest, const LocalMapperOptions& options) {
+  // A young map is the ruler of all that follows: while it fits into a window, none of it is fixed but its origin.
+  if (map.keyframes.size() <= static_cast<std::size_t>(options.young_map)) return WholeMapRequest(map);
   BundleRequest request;
   request.free_keyframes = Neighbors(map, newest, options.window, options.link_neighbors, options.min_shared);
   request.free_keyframes.push_back(newest);

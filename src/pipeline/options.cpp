@@ -117,6 +117,7 @@ void AddBackEnd(PipelineOptions& o, FieldList* f) {
   f->Add("mapper.link_neighbors", o.mapper.link_neighbors);
   f->Add("mapper.fusion_neighbors", o.mapper.fusion_neighbors);
   f->Add("mapper.window", o.mapper.window);
+  f->Add("mapper.young_map", o.mapper.young_map);
   f->Add("mapper.min_shared", o.mapper.min_shared);
   f->Add("mapper.max_fixed", o.mapper.max_fixed);
   f->AddDegrees("mapper.min_parallax_deg", o.mapper.min_parallax);

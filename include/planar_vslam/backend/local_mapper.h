@@ -17,6 +17,7 @@ struct LocalMapperOptions {
   int link_neighbors = 3;           // ...and keyframes before it along the odometry chain
   int fusion_neighbors = 12;
   int window = 10;                              // free keyframes of the local bundle adjustment, beside the new one
+  int young_map = 30;                           // keyframes up to which bundle adjustment takes the whole map
   int min_shared = 12;                          // landmarks in common that make two keyframes neighbours
   int max_fixed = 30;                           // border keyframes held fixed
   double min_parallax = DegreesToRadians(1.0);  // rad, of a triangulated point

@@ -18,7 +18,7 @@ struct PlanarPriorOptions {
   PlanarMode mode = PlanarMode::kSoft;
   double sigma_height = 0.01;                 // m
   double sigma_tilt = DegreesToRadians(0.5);  // rad, roll and pitch each
-  bool floor_points = true;                   // landmarks seen on the floor hold it at z = 0 (floor_points.h)
+  bool floor_points = false;                  // landmarks seen on the floor hold it at z = 0 (floor_points.h)
   double sigma_floor_point = 0.03;            // m, of such a landmark's height: flatness, and how well it is seen
 
   std::vector<std::string> Problems() const;
