@@ -23,7 +23,7 @@ Frame RandomFrame(std::int64_t points) {
   camera.cy = 240.0;
   const Rigid3 truth = Embed3(Rigid2(1.0, -2.0, 0.7));
   frame.problem.T_base_camera = Rigid3(Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5), Eigen::Vector3d(0.1, 0.0, 1.0));
-  frame.problem.planar = true;
+  frame.problem.floor = PlanarMode::kSoftSe3;
   std::mt19937 generator(1);
   std::uniform_real_distribution<double> u(0.0, camera.width), v(0.0, camera.height), depth(1.0, 6.0);
   std::normal_distribution<double> noise;

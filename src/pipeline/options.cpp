@@ -170,7 +170,10 @@ void AddPlanar(PipelineOptions& o, FieldList* f) {
   f->AddDegrees("odometry_noise.tilt_per_sqrt_meter_deg", n.tilt_per_sqrt_meter);
   f->AddDegrees("odometry_noise.tilt_floor_deg", n.tilt_floor);
   f->Add("planar.mode", o.planar.mode,
-         std::map<std::string, PlanarMode>{{"off", PlanarMode::kOff}, {"soft", PlanarMode::kSoft}});
+         std::map<std::string, PlanarMode>{{"off", PlanarMode::kOff},
+                                           {"soft_se3", PlanarMode::kSoftSe3},
+                                           {"se2_xyz", PlanarMode::kSe2Xyz},
+                                           {"hard", PlanarMode::kHard}});
   f->Add("planar.sigma_height", o.planar.sigma_height);
   f->AddDegrees("planar.sigma_tilt_deg", o.planar.sigma_tilt);
 }
