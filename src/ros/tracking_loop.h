@@ -102,6 +102,7 @@ class TrackingLoop {
   OdometryBuffer wheels_;  // the odometry frame as tf has it, uncorrected, on the camera's clock: for map -> odom
   std::array<std::optional<Timestamp>, 3> newest_;  // by stream
   InputCorrector corrector_;
+  MessageCovarianceReader covariance_;
   Synchronizer synchronizer_;
   std::unique_ptr<SlamSystem> system_;
   Timestamp last_frame_;

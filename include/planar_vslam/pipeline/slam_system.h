@@ -47,6 +47,8 @@ struct SystemReport {
   std::map<FrameState, long> frames;
   long keyframes_made = 0, keyframes_culled = 0;
   long odometry_rejected = 0;
+  // Frames whose odometry had its covariance from the noise model, or all of it from messages.
+  long odometry_by_model = 0, odometry_by_messages = 0;
   std::optional<ScaleReport> scale;      // only where the map was scaled
   std::optional<Timestamp> initialized;  // first frame with a map
 };
