@@ -16,6 +16,7 @@
 #include "planar_vslam/pipeline/input_corrector.h"
 #include "planar_vslam/pipeline/slam_system.h"
 #include "planar_vslam/pipeline/synchronizer.h"
+#include "planar_vslam/planar/message_covariance.h"
 
 namespace planar_vslam::ros_face {
 
