@@ -7,6 +7,7 @@
 #include <array>
 #include <ctime>
 
+#include "planar_vslam/optimize/planar_reprojection_factor.h"
 #include "planar_vslam/optimize/reprojection_factor.h"
 #include "planar_vslam/planar/odometry_factor.h"
 #include "planar_vslam/planar/planar_prior.h"
@@ -19,6 +20,7 @@ namespace {
 
 using test::OdometryTwin;
 using test::PlanarPriorTwin;
+using test::PlanarReprojectionTwin;
 using test::ReprojectionTwin;
 
 constexpr int kBatch = 4096;  // evaluations between two looks at the clock, which counts microseconds
@@ -63,18 +65,47 @@ void Compare(benchmark::State& state, const ceres::CostFunction& analytic, const
 
 Rigid3 Pose(double x, double y, double angle) { return Embed3(Rigid2(x, y, angle)); }
 
+// A point seen from the floor.
+struct View {
+  static constexpr double kF = 600.0, kCx = 320.0, kCy = 240.0, kSigma = 1.2;  // px
+  Rigid3 T_map_base = Pose(1.0, -2.0, 0.7);
+  Rigid3 T_base_camera{Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5), Eigen::Vector3d(0.1, 0.0, 1.0)};
+  Eigen::Vector3d p_map = T_map_base * T_base_camera * Eigen::Vector3d(0.4, -0.3, 3.0);
+  Eigen::Vector2d pixel{400.0, 180.0};
+  ReprojectionFactor factor{pixel, T_base_camera, kF, kF, kCx, kCy, kSigma};
+  ReprojectionTwin twin{pixel, T_base_camera.Inverse(), kF, kF, kCx, kCy, kSigma};
+  std::array<Block, 2> blocks{ToBlock(T_map_base), Block{p_map.x(), p_map.y(), p_map.z()}};
+};
+
 void Reprojection(benchmark::State& state) {
-  constexpr double kF = 600.0, kCx = 320.0, kCy = 240.0, kSigma = 1.2;  // px
-  const Rigid3 T_map_base = Pose(1.0, -2.0, 0.7);
-  const Rigid3 T_base_camera(Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5), Eigen::Vector3d(0.1, 0.0, 1.0));
-  const Eigen::Vector3d p_map = T_map_base * T_base_camera * Eigen::Vector3d(0.4, -0.3, 3.0);
-  const Eigen::Vector2d pixel(400.0, 180.0);
-  const ReprojectionFactor analytic(pixel, T_base_camera, kF, kF, kCx, kCy, kSigma);
-  const ceres::AutoDiffCostFunction<ReprojectionTwin, 2, 7, 3> automatic(
-      new ReprojectionTwin{pixel, T_base_camera.Inverse(), kF, kF, kCx, kCy, kSigma});
-  Compare(state, analytic, automatic, {ToBlock(T_map_base), Block{p_map.x(), p_map.y(), p_map.z()}});
+  const View view;
+  const ceres::AutoDiffCostFunction<ReprojectionTwin, 2, 7, 3> automatic(new ReprojectionTwin(view.twin));
+  Compare(state, view.factor, automatic, view.blocks);
 }
 BENCHMARK(Reprojection)->UseManualTime();
+
+Eigen::Matrix2d Whitening(const View& view) {
+  const PlanarPriorOptions options;
+  return FloorWhitening(view.factor, view.blocks[0].data(), view.blocks[1].data(), options.sigma_height,
+                        options.sigma_tilt);
+}
+
+void PlanarReprojection(benchmark::State& state) {
+  const View view;
+  const Eigen::Matrix2d W = Whitening(view);
+  const PlanarReprojectionFactor analytic(view.factor, W);
+  const ceres::AutoDiffCostFunction<PlanarReprojectionTwin, 2, 7, 3> automatic(
+      new PlanarReprojectionTwin{view.twin, W});
+  Compare(state, analytic, automatic, view.blocks);
+}
+BENCHMARK(PlanarReprojection)->UseManualTime();
+
+// What a round of se2_xyz pays an observation for its weight.
+void FloorWhiteningOfAPoint(benchmark::State& state) {
+  const View view;
+  for (auto _ : state) benchmark::DoNotOptimize(Whitening(view));
+}
+BENCHMARK(FloorWhiteningOfAPoint);
 
 void OdometrySe3(benchmark::State& state) {
   PreintegratedOdometry odometry;

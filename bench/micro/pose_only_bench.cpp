@@ -13,7 +13,7 @@ struct Frame {
   std::vector<PoseObservation> observations;
 };
 
-Frame RandomFrame(std::int64_t points) {
+Frame RandomFrame(std::int64_t points, PlanarMode floor) {
   Frame frame;
   CameraModel& camera = frame.problem.camera;
   camera.width = 640;
@@ -23,7 +23,7 @@ Frame RandomFrame(std::int64_t points) {
   camera.cy = 240.0;
   const Rigid3 truth = Embed3(Rigid2(1.0, -2.0, 0.7));
   frame.problem.T_base_camera = Rigid3(Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5), Eigen::Vector3d(0.1, 0.0, 1.0));
-  frame.problem.planar = true;
+  frame.problem.floor = floor;
   std::mt19937 generator(1);
   std::uniform_real_distribution<double> u(0.0, camera.width), v(0.0, camera.height), depth(1.0, 6.0);
   std::normal_distribution<double> noise;
@@ -41,8 +41,8 @@ Frame RandomFrame(std::int64_t points) {
   return frame;
 }
 
-void OptimizePoseOf(benchmark::State& state) {
-  const Frame frame = RandomFrame(state.range(0));
+void OptimizePoseOf(benchmark::State& state, PlanarMode floor) {
+  const Frame frame = RandomFrame(state.range(0), floor);
   std::vector<PoseObservation> observations;
   int inliers = 0;
   for (auto _ : state) {
@@ -51,7 +51,9 @@ void OptimizePoseOf(benchmark::State& state) {
   }
   state.counters["inliers"] = inliers;
 }
-BENCHMARK(OptimizePoseOf)->Arg(100)->Arg(400)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(OptimizePoseOf, soft_se3, PlanarMode::kSoftSe3)->Arg(100)->Arg(400)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(OptimizePoseOf, se2_xyz, PlanarMode::kSe2Xyz)->Arg(100)->Arg(400)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(OptimizePoseOf, hard, PlanarMode::kHard)->Arg(100)->Arg(400)->Unit(benchmark::kMicrosecond);
 
 }  // namespace
 }  // namespace planar_vslam

@@ -111,7 +111,8 @@ CorrectedMotion CorrectMotion(const std::vector<OdometryReading>& readings, Time
 }
 
 OdometryReading OdometryCorrector::Correct(const OdometryReading& reading) {
-  if (correction_.scale == Eigen::Vector3d::Ones()) return {Correct(reading.stamp), reading.T_odom_base};
+  OdometryReading corrected{Correct(reading.stamp), reading.T_odom_base, reading.covariance_rate};
+  if (correction_.scale == Eigen::Vector3d::Ones()) return corrected;
   if (!started_) {
     T_corrected_last_ = reading.T_odom_base;
     started_ = true;
@@ -120,7 +121,12 @@ OdometryReading OdometryCorrector::Correct(const OdometryReading& reading) {
     T_corrected_last_ = T_corrected_last_ * ExpSe2(correction_.scale.cwiseProduct(LogSe2(increment)));
   }
   T_odom_last_ = reading.T_odom_base;
-  return {Correct(reading.stamp), T_corrected_last_};
+  corrected.T_odom_base = T_corrected_last_;
+  if (corrected.covariance_rate.has_value()) {
+    *corrected.covariance_rate =
+        correction_.scale.asDiagonal() * *reading.covariance_rate * correction_.scale.asDiagonal();
+  }
+  return corrected;
 }
 
 Timestamp OdometryCorrector::Correct(Timestamp stamp) const { return Shifted(stamp, -correction_.time_offset); }

@@ -10,6 +10,25 @@ namespace {
 
 double Square(double value) { return value * value; }
 
+constexpr double kShortestHeadedWay = 0.01;  // m: the direction of a shorter way is noise
+
+Eigen::Matrix3d AmclCovariance(const OdometryNoise& noise, const Rigid2& motion) {
+  double trans = motion.translation.norm();
+  double rot1 = trans < kShortestHeadedWay ? 0.0 : std::atan2(motion.translation.y(), motion.translation.x());
+  if (std::abs(rot1) > M_PI / 2.0) {  // backwards
+    rot1 = WrapAngle(rot1 - M_PI);
+    trans = -trans;
+  }
+  const double turn1 = Square(rot1), turn2 = Square(WrapAngle(motion.angle - rot1)), way = Square(trans);
+  const Eigen::Vector3d variances(noise.amcl_alpha1 * turn1 + noise.amcl_alpha2 * way,
+                                  noise.amcl_alpha3 * way + noise.amcl_alpha4 * (turn1 + turn2),
+                                  noise.amcl_alpha1 * turn2 + noise.amcl_alpha2 * way);
+  const double c = std::cos(rot1), s = std::sin(rot1);
+  Eigen::Matrix3d G;
+  G << -trans * s, c, 0.0, trans * c, s, 0.0, 1.0, 0.0, 1.0;
+  return G * variances.asDiagonal() * G.transpose();
+}
+
 }  // namespace
 
 std::vector<std::string> OdometryNoise::Problems() const {
@@ -20,6 +39,10 @@ std::vector<std::string> OdometryNoise::Problems() const {
   internal::ExpectNotNegative("across_per_sqrt_radian", across_per_sqrt_radian, &problems);
   internal::ExpectNotNegative("heading_per_sqrt_meter", heading_per_sqrt_meter, &problems);
   internal::ExpectNotNegative("heading_per_sqrt_radian", heading_per_sqrt_radian, &problems);
+  internal::ExpectNotNegative("amcl_alpha1", amcl_alpha1, &problems);
+  internal::ExpectNotNegative("amcl_alpha2", amcl_alpha2, &problems);
+  internal::ExpectNotNegative("amcl_alpha3", amcl_alpha3, &problems);
+  internal::ExpectNotNegative("amcl_alpha4", amcl_alpha4, &problems);
   internal::ExpectPositive("position_floor", position_floor, &problems);
   internal::ExpectPositive("heading_floor", heading_floor, &problems);
   internal::ExpectNotNegative("height_per_sqrt_meter", height_per_sqrt_meter, &problems);
@@ -30,6 +53,7 @@ std::vector<std::string> OdometryNoise::Problems() const {
 }
 
 Eigen::Matrix3d IncrementCovariance(const OdometryNoise& noise, const Rigid2& increment) {
+  if (noise.model == OdometryNoiseModel::kAmcl) return AmclCovariance(noise, increment);
   const double distance = increment.translation.norm();
   const double turn = std::abs(increment.angle);
   const Eigen::Vector3d variances(

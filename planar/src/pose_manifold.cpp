@@ -60,4 +60,44 @@ bool PoseManifold::MinusJacobian(const double* x, double* jacobian) const {
   return true;
 }
 
+Eigen::Matrix<double, 6, 3> FloorTangent(const Rigid3& T) {
+  const Eigen::Matrix3d R_base_map = T.R().transpose();
+  Eigen::Matrix<double, 6, 3> E = Eigen::Matrix<double, 6, 3>::Zero();
+  E.topLeftCorner<3, 2>() = R_base_map.leftCols<2>();
+  E.bottomRightCorner<3, 1>() = R_base_map.col(2);
+  return E;
+}
+
+bool FloorPoseManifold::Plus(const double* x, const double* delta, double* x_plus_delta) const {
+  const Rigid3 T = LoadPose(x);
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(delta[2], Eigen::Vector3d::UnitZ()));
+  StorePose(
+      {(turn * T.rotation).normalized(), Eigen::Vector3d(T.translation + Eigen::Vector3d(delta[0], delta[1], 0.0))},
+      x_plus_delta);
+  return true;
+}
+
+bool FloorPoseManifold::PlusJacobian(const double* x, double* jacobian) const {
+  Eigen::Matrix<double, 7, 6, Eigen::RowMajor> plus;
+  PoseManifold().PlusJacobian(x, plus.data());
+  Eigen::Map<Eigen::Matrix<double, 7, 3, Eigen::RowMajor>> J(jacobian);
+  J.noalias() = plus * FloorTangent(LoadPose(x));
+  return true;
+}
+
+bool FloorPoseManifold::Minus(const double* y, const double* x, double* y_minus_x) const {
+  const Rigid3 T_y = LoadPose(y);
+  const Rigid3 T_x = LoadPose(x);
+  y_minus_x[0] = T_y.translation.x() - T_x.translation.x();
+  y_minus_x[1] = T_y.translation.y() - T_x.translation.y();
+  y_minus_x[2] = LogSo3(T_y.rotation * T_x.rotation.conjugate()).z();
+  return true;
+}
+
+bool FloorPoseManifold::MinusJacobian(const double* x, double* jacobian) const {
+  Eigen::Map<Eigen::Matrix<double, 3, 7, Eigen::RowMajor>> J(jacobian);
+  J.noalias() = FloorTangent(LoadPose(x)).transpose() * PoseMinusJacobian(x);
+  return true;
+}
+
 }  // namespace planar_vslam

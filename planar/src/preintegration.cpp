@@ -17,10 +17,13 @@ PreintegratedOdometry SingleIncrement(const OdometryReading& from, const Odometr
            "readings out of order: " << from.stamp.nanoseconds << " ns before " << to.stamp.nanoseconds << " ns");
   PreintegratedOdometry increment;
   increment.T_i_j = from.T_odom_base.Inverse() * to.T_odom_base;
-  increment.covariance = IncrementCovariance(noise, increment.T_i_j);
+  const bool measured = to.covariance_rate.has_value() && noise.message_covariance == MessageCovarianceUse::kAuto;
   increment.distance = increment.T_i_j.translation.norm();
   increment.turn = std::abs(increment.T_i_j.angle);
   increment.seconds = SecondsBetween(from.stamp, to.stamp);
+  increment.covariance =
+      measured ? Eigen::Matrix3d(increment.seconds * *to.covariance_rate) : IncrementCovariance(noise, increment.T_i_j);
+  increment.modelled = !measured;
   return increment;
 }
 
@@ -32,7 +35,14 @@ PreintegratedOdometry Preintegrate(const std::vector<OdometryReading>& readings,
   for (std::size_t k = 1; k < readings.size(); ++k) {
     sum = Compose(sum, SingleIncrement(readings[k - 1], readings[k], noise));
   }
-  return sum;
+  return OverWholeMotion(sum, noise);
+}
+
+PreintegratedOdometry OverWholeMotion(PreintegratedOdometry odometry, const OdometryNoise& noise) {
+  if (noise.model == OdometryNoiseModel::kAmcl && odometry.modelled) {
+    odometry.covariance = IncrementCovariance(noise, odometry.T_i_j);
+  }
+  return odometry;
 }
 
 PreintegratedOdometry Compose(const PreintegratedOdometry& ij, const PreintegratedOdometry& jk) {
@@ -50,6 +60,7 @@ PreintegratedOdometry Compose(const PreintegratedOdometry& ij, const Preintegrat
   ik.distance = ij.distance + jk.distance;
   ik.turn = ij.turn + jk.turn;
   ik.seconds = ij.seconds + jk.seconds;
+  ik.modelled = ij.modelled || jk.modelled;
   return ik;
 }
 

@@ -157,7 +157,8 @@ InitializerReport Initializer::Finish(const InitializerInput& input, const Rigid
       input.stamp, k1.T_base_camera * T_c1_c2 * input.T_base_camera.Inverse(), input.T_base_camera, input.features, {},
       {}};
   k2.landmarks.resize(input.features->keypoints.size());
-  if (first_->odometry.seconds > 0.0) k2.odometry_link = OdometryLink{id1, first_->odometry};
+  if (first_->odometry.seconds > 0.0)
+    k2.odometry_link = OdometryLink{id1, OverWholeMotion(first_->odometry, bundle_.odometry_noise)};
   MapEdit edit{AddKeyframe{id1, k1}, AddKeyframe{id2, k2}};
   const Rigid3 T_c2_c1 = T_c1_c2.Inverse();
   std::uint32_t next = 0;

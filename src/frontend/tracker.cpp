@@ -113,7 +113,7 @@ PoseOnlyProblem Tracker::MakeProblem(const TrackInput& input, const Map& map, co
   problem.T_map_base = start;
   problem.T_base_camera = input.T_base_camera;
   problem.camera = context_.camera;
-  problem.planar = UsesFloor(map) && floor_.on_floor();
+  problem.floor = UsesFloor(map) && floor_.on_floor() ? context_.planar.mode : PlanarMode::kOff;
   problem.sigma_height = context_.planar.sigma_height;
   problem.sigma_tilt = context_.planar.sigma_tilt;
   if (prediction.from_odometry) {
@@ -154,7 +154,7 @@ void Tracker::TestFloor(const TrackInput& input, const Map& map, const Predictio
   if (!UsesFloor(map)) return;
   std::vector<PoseObservation> observations = Observations(input, map, result.matches);
   PoseOnlyProblem problem = MakeProblem(input, map, prediction, result.T_map_base);
-  problem.planar = false;
+  problem.floor = PlanarMode::kOff;
   if (result.odometry_rejected) problem.prior.reset();
   const PoseOnlyResult pose = OptimizePose(problem, &observations);
   const Matrix6d covariance = (pose.information + 1e-6 * Matrix6d::Identity()).inverse();

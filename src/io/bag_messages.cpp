@@ -1,10 +1,12 @@
 #include "bag_messages.h"
 
 #include <fmt/format.h>
+#include <nav_msgs/Odometry.h>
 #include <sensor_msgs/CompressedImage.h>
 #include <sensor_msgs/Image.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "image_decode.h"
@@ -32,6 +34,20 @@ std::optional<Error> SetDistortion(const sensor_msgs::CameraInfo& info, const st
   return std::nullopt;
 }
 
+// Of x, y and yaw from ROS' row-major [x, y, z, roll, pitch, yaw].
+template <class Covariance>
+Eigen::Matrix3d PlanarBlock(const Covariance& covariance) {
+  constexpr std::array<std::size_t, 3> kPlanar = {0, 1, 5};
+  constexpr std::size_t kRow = 6;
+  Eigen::Matrix3d planar;
+  for (std::size_t r = 0; r < 3; ++r) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      planar(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c)) = covariance[kRow * kPlanar[r] + kPlanar[c]];
+    }
+  }
+  return planar;
+}
+
 // Whether the images are a part or a reduction of the sensor the intrinsics are about.
 bool IsCropped(const sensor_msgs::CameraInfo& info) {
   const auto& roi = info.roi;
@@ -45,6 +61,13 @@ Rigid3 ToRigid3(const geometry_msgs::Transform& transform) {
   const auto& t = transform.translation;
   const auto& q = transform.rotation;
   return {Eigen::Quaterniond(q.w, q.x, q.y, q.z), Eigen::Vector3d(t.x, t.y, t.z)};
+}
+
+OdometryMessageCovariance ToOdometryCovariance(const nav_msgs::Odometry& odometry, const Rigid3& T_child_base) {
+  constexpr double kSamePlace = 1e-6;  // m and rad
+  const Rigid2 planar = ProjectToPlane(T_child_base);
+  if (planar.translation.norm() > kSamePlace || std::abs(planar.angle) > kSamePlace) return {};
+  return {PlanarBlock(odometry.pose.covariance), PlanarBlock(odometry.twist.covariance)};
 }
 
 PlanarScan ToPlanarScan(const sensor_msgs::LaserScan& scan) {

@@ -50,7 +50,8 @@ class BagRecording : public Recording {
   void OnScan(const rosbag::MessageInstance& message);
   void OnOdometry(const rosbag::MessageInstance& message);
   void OnTf(const rosbag::MessageInstance& message);
-  void PushOdometry(const ros::Time& stamp, const Rigid3& T_odom_base, const std::string& topic);
+  void PushOdometry(const ros::Time& stamp, const Rigid3& T_odom_base, const OdometryMessageCovariance& covariance,
+                    const std::string& topic);
   // Counts and refuses a stamp that is zero or not later than the stream's last.
   bool AcceptStamp(Stream stream, const ros::Time& stamp, const std::string& topic);
   void Deliver(Stream stream, Timestamp stamp, RecordedEvent event, const std::string& topic);
@@ -63,6 +64,7 @@ class BagRecording : public Recording {
   rosbag::View::iterator position_;
   EventMerger merger_;
   std::array<StampGate, kStreamCount> gates_;
+  MessageCovarianceReader covariance_;
   std::optional<std::pair<std::string, std::string>> odometry_edge_;  // (parent, child) whose samples time tf odometry
 };
 
@@ -177,7 +179,7 @@ void BagRecording::OnOdometry(const rosbag::MessageInstance& message) {
   const auto& p = odometry->pose.pose.position;
   const auto& q = odometry->pose.pose.orientation;
   const Rigid3 T_odom_child(Eigen::Quaterniond(q.w, q.x, q.y, q.z), Eigen::Vector3d(p.x, p.y, p.z));
-  PushOdometry(stamp, T_odom_child * *T_child_base, message.getTopic());
+  PushOdometry(stamp, T_odom_child * *T_child_base, ToOdometryCovariance(*odometry, *T_child_base), message.getTopic());
 }
 
 void BagRecording::OnTf(const rosbag::MessageInstance& message) {
@@ -189,21 +191,23 @@ void BagRecording::OnTf(const rosbag::MessageInstance& message) {
     const std::optional<Rigid3> T_odom_base =
         survey_.transforms.tree.At(*survey_.transforms.odom_to_base, ToTimestamp(stamp));
     if (T_odom_base.has_value()) {
-      PushOdometry(stamp, *T_odom_base, message.getTopic());
+      PushOdometry(stamp, *T_odom_base, {}, message.getTopic());
     } else {
       skipped_.Count("odometry whose stamp tf does not cover", Where(message.getTopic(), stamp));
     }
   }
 }
 
-void BagRecording::PushOdometry(const ros::Time& stamp, const Rigid3& T_odom_base, const std::string& topic) {
+void BagRecording::PushOdometry(const ros::Time& stamp, const Rigid3& T_odom_base,
+                                const OdometryMessageCovariance& covariance, const std::string& topic) {
   const Rigid2 planar = ProjectToPlane(T_odom_base);
   if (!planar.translation.allFinite() || !std::isfinite(planar.angle)) {
     skipped_.Count("odometry pose not finite", Where(topic, stamp));
     return;
   }
   if (!AcceptStamp(Stream::kOdometry, stamp, topic)) return;
-  Deliver(Stream::kOdometry, ToTimestamp(stamp), OdometryReading{ToTimestamp(stamp), planar}, topic);
+  const Timestamp t = ToTimestamp(stamp);
+  Deliver(Stream::kOdometry, t, OdometryReading{t, planar, covariance_.Rate(t, planar, covariance)}, topic);
 }
 
 }  // namespace

@@ -157,6 +157,7 @@ Json ReportJson(const SlamSystem& system, const RunResult& result, const Pipelin
   json["laser_links"] = laser_links;
   json["odometry_rejected"] = report.odometry_rejected;
   json["slips"] = report.slips;
+  json["odometry_covariance"] = {{"by_model", report.odometry_by_model}, {"by_messages", report.odometry_by_messages}};
   json["unused_input"] = result.unused_input.empty() ? Json(Json::object()) : Json(result.unused_input);
   if (!deterministic) json["timing"] = Timing(result);
   for (const auto& [key, value] : OptionValues(options)) json["configuration"][key] = value;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <deque>
 
+#include "planar_vslam/optimize/planar_reprojection_factor.h"
 #include "planar_vslam/optimize/reprojection_factor.h"
 #include "planar_vslam/planar/floor_points.h"
 #include "planar_vslam/planar/odometry_factor.h"
@@ -32,14 +33,16 @@ class BundleProblem {
     std::merge(request.free_keyframes.begin(), request.free_keyframes.end(), request.fixed_keyframes.begin(),
                request.fixed_keyframes.end(), std::back_inserter(keyframes_));
     blocks_.resize(keyframes_.size() * kPoseBlockSize + request.landmarks.size() * 3);
-    for (std::size_t i = 0; i < keyframes_.size(); ++i)
-      StorePose(map.keyframes.At(keyframes_[i]).T_map_base, PoseBlock(i));
+    for (std::size_t i = 0; i < keyframes_.size(); ++i) {
+      const Rigid3& T_map_base = map.keyframes.At(keyframes_[i]).T_map_base;
+      StorePose(HasPlanarPose(keyframes_[i]) ? Embed3(ProjectToPlane(T_map_base)) : T_map_base, PoseBlock(i));
+    }
     for (std::size_t i = 0; i < request.landmarks.size(); ++i) {
       const Landmark& landmark = map.landmarks.At(request.landmarks[i]);
       Eigen::Map<Eigen::Vector3d>(PointBlock(i)) = landmark.p_map;
       for (const Observation& o : landmark.observations) CollectObservation(i, o);
     }
-    FindFloor();
+    if (context.planar.floor_points && context.planar.mode != PlanarMode::kOff && map.metric) FindFloor();
   }
 
   bool empty() const { return observations_.empty(); }
@@ -55,6 +58,7 @@ class BundleProblem {
     AddReprojections(&problem);
     AddMotions(&problem);
     AddFloor(&problem);
+    AddFloorPoints(&problem);
 
     ceres::Solver::Options solver;
     solver.linear_solver_ordering.reset(ordering);
@@ -75,16 +79,20 @@ class BundleProblem {
 
   // Marks observations beyond the chi-square limit or behind the camera.
   void Classify() {
-    for (BlockObservation& o : observations_) {
+    for (std::size_t i = 0; i < observations_.size(); ++i) {
+      BlockObservation& o = observations_[i];
       const double* pose = PoseBlock(o.keyframe);
       const Keyframe& keyframe = map_.keyframes.At(keyframes_[o.keyframe]);
       const Rigid3 T_map_camera = LoadPose(pose) * keyframe.T_base_camera;
       const Eigen::Vector3d p_camera =
           T_map_camera.Inverse() * Eigen::Vector3d(Eigen::Map<const Eigen::Vector3d>(PointBlock(o.landmark)));
       const Keypoint& keypoint = KeypointOf(o);
-      o.inlier = p_camera.z() > kMinDepth &&
-                 ((context_.camera.ProjectUndistorted(p_camera) - keypoint.pixel.cast<double>()) / Sigma(keypoint))
-                         .squaredNorm() <= kChi2TwoDof95;
+      o.inlier = p_camera.z() > kMinDepth;
+      if (!o.inlier) continue;
+      Eigen::Vector2d e =
+          (context_.camera.ProjectUndistorted(p_camera) - keypoint.pixel.cast<double>()) / Sigma(keypoint);
+      if (IsInflated(o)) e = (WhiteningOf(i) * e).eval();
+      o.inlier = e.squaredNorm() <= kChi2TwoDof95;
     }
   }
 
@@ -113,6 +121,17 @@ class BundleProblem {
     const auto it = std::lower_bound(keyframes_.begin(), keyframes_.end(), id);
     return it != keyframes_.end() && *it == id ? static_cast<std::size_t>(it - keyframes_.begin()) : keyframes_.size();
   }
+  // Whether the floor's form (planar_prior.h) is about this keyframe at all.
+  bool IsOnFloor(KeyframeId id) const { return map_.metric && map_.keyframes.At(id).on_floor; }
+  bool HasPlanarPose(KeyframeId id) const { return IsPlanar(context_.planar.mode) && IsFree(id) && IsOnFloor(id); }
+  bool IsInflated(const BlockObservation& o) const {
+    return context_.planar.mode == PlanarMode::kSe2Xyz && IsOnFloor(keyframes_[o.keyframe]);
+  }
+  Eigen::Matrix2d WhiteningOf(std::size_t i) const {
+    const BlockObservation& o = observations_[i];
+    return FloorWhitening(reprojections_[i], PoseBlock(o.keyframe), PointBlock(o.landmark),
+                          context_.planar.sigma_height, context_.planar.sigma_tilt);
+  }
   const Keypoint& KeypointOf(const BlockObservation& o) const {
     const Landmark& landmark = map_.landmarks.At(request_.landmarks[o.landmark]);
     const KeyframeId id = keyframes_[o.keyframe];
@@ -136,7 +155,9 @@ class BundleProblem {
 
   void AddBlocks(ceres::Problem* problem, ceres::ParameterBlockOrdering* ordering) {
     for (std::size_t i = 0; i < keyframes_.size(); ++i) {
-      problem->AddParameterBlock(PoseBlock(i), kPoseBlockSize, &manifold_);
+      const bool planar = HasPlanarPose(keyframes_[i]);
+      problem->AddParameterBlock(PoseBlock(i), kPoseBlockSize,
+                                 planar ? static_cast<ceres::Manifold*>(&floor_manifold_) : &manifold_);
       if (!IsFree(keyframes_[i])) problem->SetParameterBlockConstant(PoseBlock(i));
       ordering->AddElementToGroup(PoseBlock(i), 1);
     }
@@ -147,10 +168,13 @@ class BundleProblem {
   }
 
   void AddReprojections(ceres::Problem* problem) {
+    inflated_.clear();  // their weights are those of the present state
     for (std::size_t i = 0; i < observations_.size(); ++i) {
       const BlockObservation& o = observations_[i];
-      if (o.inlier)
-        problem->AddResidualBlock(&reprojections_[i], &pixel_loss_, PoseBlock(o.keyframe), PointBlock(o.landmark));
+      if (!o.inlier) continue;
+      ceres::CostFunction* factor = &reprojections_[i];
+      if (IsInflated(o)) factor = &inflated_.emplace_back(reprojections_[i], WhiteningOf(i));
+      problem->AddResidualBlock(factor, &pixel_loss_, PoseBlock(o.keyframe), PointBlock(o.landmark));
     }
   }
 
@@ -175,11 +199,13 @@ class BundleProblem {
   }
 
   void AddFloor(ceres::Problem* problem) {
-    if (context_.planar.mode == PlanarMode::kOff || !map_.metric) return;
+    if (context_.planar.mode != PlanarMode::kSoftSe3) return;
     for (const KeyframeId id : request_.free_keyframes) {
-      if (map_.keyframes.At(id).on_floor) problem->AddResidualBlock(&floor_, nullptr, PoseBlock(IndexOf(id)));
+      if (IsOnFloor(id)) problem->AddResidualBlock(&floor_, nullptr, PoseBlock(IndexOf(id)));
     }
-    if (!context_.planar.floor_points) return;
+  }
+
+  void AddFloorPoints(ceres::Problem* problem) {
     for (const std::size_t landmark : floor_landmarks_) {
       problem->AddResidualBlock(&floor_point_, &floor_point_loss_, PointBlock(landmark));
     }
@@ -211,12 +237,14 @@ class BundleProblem {
   std::vector<double> blocks_;
   std::vector<BlockObservation> observations_;
   std::deque<ReprojectionFactor> reprojections_;  // one per observation; cost functions cannot be moved
+  std::deque<PlanarReprojectionFactor> inflated_;
   std::deque<OdometryFactor> motion_factors_;
   PlanarPriorFactor floor_{context_.planar.sigma_height, context_.planar.sigma_tilt};
   std::vector<std::size_t> floor_landmarks_;  // indices into the landmark blocks
   FloorPointFactor floor_point_{context_.planar.sigma_floor_point};
   PoseManifold manifold_;
   ceres::CauchyLoss floor_point_loss_{2.0};  // sigmas
+  FloorPoseManifold floor_manifold_;
   ceres::HuberLoss pixel_loss_{std::sqrt(kChi2TwoDof95)};
   ceres::HuberLoss odometry_loss_{context_.options.odometry_huber};
 };

@@ -163,11 +163,21 @@ void AddPlanar(PipelineOptions& o, FieldList* f) {
          std::map<std::string, OdometryUse>{
              {"auto", OdometryUse::kAuto}, {"required", OdometryUse::kRequired}, {"off", OdometryUse::kOff}});
   OdometryNoise& n = o.odometry_noise;
+  f->Add("odometry_noise.model", n.model,
+         std::map<std::string, OdometryNoiseModel>{{"arc_length", OdometryNoiseModel::kArcLength},
+                                                   {"amcl", OdometryNoiseModel::kAmcl}});
+  f->Add("odometry_noise.message_covariance", n.message_covariance,
+         std::map<std::string, MessageCovarianceUse>{{"auto", MessageCovarianceUse::kAuto},
+                                                     {"never", MessageCovarianceUse::kNever}});
   f->Add("odometry_noise.along_per_sqrt_meter", n.along_per_sqrt_meter);
   f->Add("odometry_noise.across_per_sqrt_meter", n.across_per_sqrt_meter);
   f->Add("odometry_noise.across_per_sqrt_radian", n.across_per_sqrt_radian);
   f->AddDegrees("odometry_noise.heading_per_sqrt_meter_deg", n.heading_per_sqrt_meter);
   f->Add("odometry_noise.heading_per_sqrt_radian", n.heading_per_sqrt_radian);
+  f->Add("odometry_noise.amcl_alpha1", n.amcl_alpha1);
+  f->Add("odometry_noise.amcl_alpha2", n.amcl_alpha2);
+  f->Add("odometry_noise.amcl_alpha3", n.amcl_alpha3);
+  f->Add("odometry_noise.amcl_alpha4", n.amcl_alpha4);
   f->Add("odometry_noise.position_floor", n.position_floor);
   f->AddDegrees("odometry_noise.heading_floor_deg", n.heading_floor);
   f->Add("odometry_noise.height_per_sqrt_meter", n.height_per_sqrt_meter);
@@ -175,7 +185,10 @@ void AddPlanar(PipelineOptions& o, FieldList* f) {
   f->AddDegrees("odometry_noise.tilt_per_sqrt_meter_deg", n.tilt_per_sqrt_meter);
   f->AddDegrees("odometry_noise.tilt_floor_deg", n.tilt_floor);
   f->Add("planar.mode", o.planar.mode,
-         std::map<std::string, PlanarMode>{{"off", PlanarMode::kOff}, {"soft", PlanarMode::kSoft}});
+         std::map<std::string, PlanarMode>{{"off", PlanarMode::kOff},
+                                           {"soft_se3", PlanarMode::kSoftSe3},
+                                           {"se2_xyz", PlanarMode::kSe2Xyz},
+                                           {"hard", PlanarMode::kHard}});
   f->Add("planar.sigma_height", o.planar.sigma_height);
   f->AddDegrees("planar.sigma_tilt_deg", o.planar.sigma_tilt);
   f->Add("mount.sigma_position", o.mount.position);

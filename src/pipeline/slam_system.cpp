@@ -139,6 +139,7 @@ FrameReport SlamSystem::Process(const FramePacket& packet) {
   report.extract_ms = total.Milliseconds();
   const std::optional<PreintegratedOdometry> step = Step(packet, options_.odometry_noise);
   if (step.has_value()) distance_ += step->distance;
+  if (step.has_value()) ++(step->modelled ? report_.odometry_by_model : report_.odometry_by_messages);
   if (map_ == nullptr) {
     Initialize(packet, features, step, &report);
   } else {
@@ -292,7 +293,7 @@ void SlamSystem::Propose(const FramePacket& packet, const FrameFeaturesPtr& feat
   proposal.keyframe = {
       packet.image.stamp, result.T_map_base, packet.T_base_camera, features, std::move(result.matches.landmarks), {},
       result.on_floor};
-  proposal.odometry = since_keyframe_;
+  if (since_keyframe_.has_value()) proposal.odometry = OverWholeMotion(*since_keyframe_, options_.odometry_noise);
   proposal.sightings = std::move(sightings_);
   if (packet.T_odom_base.has_value()) {
     std::optional<LaserSweep> own = sweeps_.TakeLatest(*packet.T_odom_base, packet.image.stamp);

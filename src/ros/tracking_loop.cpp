@@ -165,15 +165,20 @@ void TrackingLoop::UseInOrder(std::deque<Waiting>* waiting, const char* what) {
 bool TrackingLoop::Use(const WaitingOdometry& odometry) {
   if (system_ == nullptr || images_.empty()) return false;
   std::optional<Rigid3> T_odom_base;
+  OdometryMessageCovariance covariance;
   if (odometry.message == nullptr) {
     T_odom_base = LookUp(odom_frame_, base_frame_, odometry.stamp);
   } else {
     const std::string child = io::FrameName(odometry.message->child_frame_id);
     const auto T_child_base = LookUp(child.empty() ? base_frame_ : child, base_frame_, odometry.stamp);
-    if (T_child_base.has_value()) T_odom_base = ToRigid3(odometry.message->pose.pose) * *T_child_base;
+    if (T_child_base.has_value()) {
+      T_odom_base = ToRigid3(odometry.message->pose.pose) * *T_child_base;
+      covariance = io::ToOdometryCovariance(*odometry.message, *T_child_base);
+    }
   }
   if (!T_odom_base.has_value()) return false;
-  const OdometryReading read{odometry.stamp, ProjectToPlane(*T_odom_base)};
+  OdometryReading read{odometry.stamp, ProjectToPlane(*T_odom_base)};
+  read.covariance_rate = covariance_.Rate(read.stamp, read.T_odom_base, covariance);
   const OdometryReading corrected = corrector_.Correct(read);
   synchronizer_.Push(corrected);
   wheels_.Push({corrected.stamp, read.T_odom_base});

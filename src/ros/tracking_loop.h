@@ -16,6 +16,7 @@
 #include "planar_vslam/pipeline/input_corrector.h"
 #include "planar_vslam/pipeline/slam_system.h"
 #include "planar_vslam/pipeline/synchronizer.h"
+#include "planar_vslam/planar/message_covariance.h"
 
 namespace planar_vslam::ros_face {
 
@@ -102,6 +103,7 @@ class TrackingLoop {
   OdometryBuffer wheels_;  // the odometry frame as tf has it, uncorrected, on the camera's clock: for map -> odom
   std::array<std::optional<Timestamp>, 3> newest_;  // by stream
   InputCorrector corrector_;
+  MessageCovarianceReader covariance_;
   Synchronizer synchronizer_;
   std::unique_ptr<SlamSystem> system_;
   Timestamp last_frame_;

@@ -67,7 +67,7 @@ std::vector<OdometryReading> OdometryBuffer::Slice(Timestamp from, Timestamp to)
   for (auto it = NotBefore(readings_, from); it->stamp < to; ++it) {
     if (it->stamp > from) slice.push_back(*it);
   }
-  slice.push_back({to, *Interpolate(to)});
+  slice.push_back({to, *Interpolate(to), NotBefore(readings_, to)->covariance_rate});
   return slice;
 }
 

@@ -34,6 +34,41 @@ TEST_F(BagRecording, ARobotsTopicsComeInStampOrder) {
   EXPECT_NEAR(replay.odometry[49].T_odom_base.translation.x(), 0.5, 1e-12);
 }
 
+TEST_F(BagRecording, OdometryCarriesWhatItsMessagesSayOfTheirError) {
+  const auto drive = [this](double variance, double growth, const Rigid3& T_child_base) {
+    return Play(Bag([&](BagWriter& writer) {
+      writer.PutStatic("base_footprint", "camera_optical_frame", Shift(0.1, 0, 1.1));
+      writer.PutStatic("wheels", "base_footprint", T_child_base);
+      for (int i = 1; i <= 10; ++i) {
+        nav_msgs::Odometry odometry;
+        for (const std::size_t k : {0U, 7U, 35U}) {  // x, y, yaw
+          odometry.pose.covariance[k] = variance + growth * i;
+          odometry.twist.covariance[k] = 5.0 * variance;
+        }
+        writer.PutOdometry(0.02 * i, 0.01 * i, "wheels", 0.004, odometry);
+      }
+      writer.PutImage(0.1);
+    }));
+  };
+  const Replay added = drive(1.0, 1e-6, Shift(0, 0, 0.3));
+  ASSERT_EQ(added.odometry.size(), 10U) << added.error;
+  EXPECT_FALSE(added.odometry[0].covariance_rate.has_value());
+  for (std::size_t k = 1; k < 10; ++k) {
+    ASSERT_TRUE(added.odometry[k].covariance_rate.has_value()) << k;
+    EXPECT_NEAR((*added.odometry[k].covariance_rate)(0, 0), 1e-6 / 0.02, 1e-8);
+  }
+  const Replay constant = drive(0.01, 0.0, Shift(0, 0, 0));
+  ASSERT_TRUE(constant.odometry[3].covariance_rate.has_value());
+  EXPECT_NEAR((*constant.odometry[3].covariance_rate)(2, 2), 0.05, 1e-12) << "of the twist";
+  // Placeholders, and what is about another point than the base.
+  for (const auto& [variance, T_child_base] : {std::pair(0.0, Shift(0, 0, 0)), std::pair(1e-10, Shift(0, 0, 0)),
+                                               std::pair(1e6, Shift(0, 0, 0)), std::pair(0.01, Shift(0.2, 0, 0))}) {
+    for (const OdometryReading& reading : drive(variance, 0.0, T_child_base).odometry) {
+      EXPECT_FALSE(reading.covariance_rate.has_value()) << variance;
+    }
+  }
+}
+
 TEST_F(BagRecording, AHandheldBagHasNoBase) {
   const Replay replay = Play(Bag([](BagWriter& writer) { writer.PutImage(0.1); }));
   EXPECT_EQ(replay.order, "i");

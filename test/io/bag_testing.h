@@ -80,8 +80,8 @@ class BagWriter {
     image.header.stamp = At(t);
     Put("/camera/image_raw", image, t + delay);
   }
-  void PutOdometry(double t, double x, const std::string& child = "base_footprint", double delay = 0.004) {
-    nav_msgs::Odometry odometry;
+  void PutOdometry(double t, double x, const std::string& child = "base_footprint", double delay = 0.004,
+                   nav_msgs::Odometry odometry = {}) {
     odometry.header.stamp = At(t);
     odometry.header.frame_id = "odom";
     odometry.child_frame_id = child;

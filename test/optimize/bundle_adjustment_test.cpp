@@ -16,6 +16,8 @@ double WorstPosition(const Map& map, const std::vector<Rigid3>& truth) {
   return worst;
 }
 
+Rigid3 FromTilt(double roll, double pitch) { return {ExpSo3({roll, pitch, 0.0}), Eigen::Vector3d::Zero()}; }
+
 TEST(AdjustBundle, RecoversTruthFromPerturbedPosesAndPoints) {
   const test::SyntheticWorld world = test::MakeSyntheticWorld({});
   Map map = test::Perturbed(world, 0.02, 0.01, 0.05, 4);
@@ -70,6 +72,70 @@ TEST(AdjustBundle, FloorPriorTakesOnlyKeyframesOnTheFloor) {
   EXPECT_NEAR(mean_height(lifted), 0.0, 0.02);
   for (auto& [id, keyframe] : lifted.keyframes) keyframe.on_floor = false;
   EXPECT_NEAR(mean_height(lifted), 0.3, 0.02);
+}
+
+class AdjustBundleOnFloor : public ::testing::TestWithParam<PlanarMode> {};
+
+TEST_P(AdjustBundleOnFloor, PutsFreePosesOnTheFloorAndRecoversTruth) {
+  const test::SyntheticWorld world = test::MakeSyntheticWorld({});
+  Map map = test::Perturbed(world, 0.02, 0.01, 0.05, 4);
+  BundleContext context = world.Context();
+  context.planar.mode = GetParam();
+  context.options.max_iterations = 50;
+  const BundleResult result = AdjustBundle(map, WholeMapRequest(map), context);
+  ASSERT_TRUE(result.converged) << result.message;
+  for (const auto& [id, T] : result.poses) {
+    EXPECT_EQ(T.translation.z(), 0.0);
+    EXPECT_EQ(T.R()(2, 2), 1.0);
+  }
+  map = Apply(std::move(map), ToEdit(result));
+  EXPECT_LT(WorstPosition(map, world.true_poses), 2e-3);
+}
+
+TEST_P(AdjustBundleOnFloor, LeavesReleasedKeyframesTheirSixDegreesOfFreedom) {
+  const test::SyntheticWorld world = test::MakeSyntheticWorld({});
+  Map ramp = Apply(world.map, {TransformMap{1.0, FromTilt(0.2, 0.1)}});
+  for (auto& [id, keyframe] : ramp.keyframes) keyframe.on_floor = false;
+  BundleContext context = world.Context();
+  context.options.max_iterations = 50;
+  context.planar.mode = PlanarMode::kOff;
+  const BundleResult free = AdjustBundle(ramp, WholeMapRequest(ramp), context);
+  context.planar.mode = GetParam();
+  const BundleResult released = AdjustBundle(ramp, WholeMapRequest(ramp), context);
+  ASSERT_EQ(free.poses.size(), released.poses.size());
+  for (std::size_t i = 0; i < free.poses.size(); ++i) {
+    EXPECT_EQ(free.poses[i].second.translation, released.poses[i].second.translation);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Modes, AdjustBundleOnFloor, ::testing::Values(PlanarMode::kSe2Xyz, PlanarMode::kHard));
+
+TEST(AdjustBundle, SwayMakesNoOutliersOfSe2Xyz) {
+  // Every keyframe saw the world from a base tilted by about half a degree.
+  const test::SyntheticWorld world = test::MakeSyntheticWorld({});
+  Map map = world.map;
+  std::mt19937 generator(5);
+  std::normal_distribution<double> tilt(0.0, DegreesToRadians(0.5));
+  for (auto& [id, keyframe] : map.keyframes) {
+    const Eigen::Quaterniond sway = ExpSo3({tilt(generator), tilt(generator), 0.0});
+    const Rigid3 T_camera_map =
+        (Rigid3(sway * keyframe.T_map_base.rotation, keyframe.T_map_base.translation) * keyframe.T_base_camera)
+            .Inverse();
+    auto features = std::make_shared<FrameFeatures>(*keyframe.features);
+    for (std::size_t i = 0; i < keyframe.landmarks.size(); ++i) {
+      if (!keyframe.landmarks[i].valid()) continue;
+      const Eigen::Vector3d p = T_camera_map * map.landmarks.At(keyframe.landmarks[i]).p_map;
+      features->keypoints[i].pixel = world.camera.ProjectUndistorted(p).cast<float>();
+    }
+    keyframe.features = features;
+  }
+  BundleContext context = world.Context();
+  context.options.max_iterations = 50;
+  context.planar.mode = PlanarMode::kSe2Xyz;
+  const std::size_t inflated = AdjustBundle(map, WholeMapRequest(map), context).outliers.size();
+  context.planar.mode = PlanarMode::kHard;
+  const std::size_t hard = AdjustBundle(map, WholeMapRequest(map), context).outliers.size();
+  EXPECT_LT(4 * inflated, hard);
 }
 
 TEST(AdjustBundle, NamesWrongObservationsAsOutliers) {

@@ -205,7 +205,8 @@ TEST(SetOption, NamesWhatIsWrong) {
   ExpectMentions(SetOption({}, "mapper.window").error().message, {"--set mapper.window", "key=value"});
   ExpectMentions(SetOption({}, "mapper.window=wide").error().message, {"mapper.window", "wide", "integer"});
   ExpectMentions(SetOption({}, "mapper.window=").error().message, {"mapper.window", "integer"});
-  ExpectMentions(SetOption({}, "planar.mode=hard").error().message, {"planar.mode", "hard", "off", "soft"});
+  ExpectMentions(SetOption({}, "planar.mode=soft").error().message,
+                 {"planar.mode", "soft", "off", "soft_se3", "se2_xyz", "hard"});
   ExpectMentions(SetOption({}, "=3").error().message, {"unknown"});
 }
 

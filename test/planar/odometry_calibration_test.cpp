@@ -88,6 +88,16 @@ TEST(OdometryCorrector, GivesWhatTheFactorPredicts) {
   EXPECT_LT(LogSe2(predicted.T_i_j.Inverse() * found.T_i_j).norm(), 1e-6);
 }
 
+TEST(OdometryCorrector, ScalesWhatMessagesSayOfTheError) {
+  OdometryCorrector scaled({{2.0, 1.0, 3.0}, 0.0}), plain({});
+  OdometryReading reading = Readings(0.5)[1];
+  reading.covariance_rate = Eigen::Matrix3d::Ones();
+  EXPECT_EQ(*plain.Correct(reading).covariance_rate, Eigen::Matrix3d::Ones());
+  Eigen::Matrix3d expected;
+  expected << 4.0, 2.0, 6.0, 2.0, 1.0, 3.0, 6.0, 3.0, 9.0;
+  EXPECT_EQ(*scaled.Correct(reading).covariance_rate, expected);
+}
+
 TEST(OdometryCorrector, WithoutCorrectionChangesNoBit) {
   OdometryCorrector corrector({});
   for (const OdometryReading& reading : Readings(0.5)) {

@@ -112,5 +112,64 @@ TEST(PoseManifold, MinusJacobianUndoesPlusJacobian) {
   }
 }
 
+Block FloorPlus(const Block& x, const Eigen::Vector3d& d) {
+  Block y(kPoseBlockSize);
+  EXPECT_TRUE(FloorPoseManifold().Plus(x.data(), d.data(), y.data()));
+  return y;
+}
+
+Eigen::Vector3d FloorMinus(const Block& y, const Block& x) {
+  Eigen::Vector3d d;
+  EXPECT_TRUE(FloorPoseManifold().Minus(y.data(), x.data(), d.data()));
+  return d;
+}
+
+TEST(FloorPoseManifold, KeepsHeightAndTilt) {
+  for (const Rigid3& T : NastyPoses()) {
+    const Rigid3 moved = LoadPose(FloorPlus(ToBlock(T), {0.7, -2.0, 2.5}).data());
+    EXPECT_EQ(moved.translation.z(), T.translation.z());
+    EXPECT_LT((moved.R().row(2) - T.R().row(2)).norm(), 1e-14);
+  }
+}
+
+TEST(FloorPoseManifold, IsTheGroupOfThePlaneOnTheFloor) {
+  for (const double yaw : {0.0, 1.0, M_PI, -M_PI, -M_PI + 1e-9}) {
+    const Rigid2 moved = ProjectToPlane(LoadPose(FloorPlus(ToBlock(FromYaw(yaw, 1.0, 2.0)), {0.3, -0.4, 0.5}).data()));
+    EXPECT_LT((moved.translation - Eigen::Vector2d(1.3, 1.6)).norm(), 1e-12);
+    EXPECT_NEAR(WrapAngle(moved.angle - yaw - 0.5), 0.0, 1e-12);
+  }
+}
+
+TEST(FloorPoseManifold, MinusUndoesPlus) {
+  std::mt19937 generator(1);
+  for (const Rigid3& T : NastyPoses()) {
+    const Block x = ToBlock(T);
+    const Eigen::Vector3d d = RandomTangent(generator, 3.0).head<3>();
+    EXPECT_LT((FloorMinus(FloorPlus(x, d), x) - d).norm(), 1e-12);
+    EXPECT_LT(FloorMinus(x, x).norm(), 1e-15);
+  }
+}
+
+TEST(FloorPoseManifold, JacobiansMatchDifferencesAndUndoEachOther) {
+  constexpr double kStep = 1e-6;
+  for (const Rigid3& T : NastyPoses()) {
+    const Block x = ToBlock(T);
+    Eigen::Matrix<double, 7, 3, Eigen::RowMajor> plus;
+    Eigen::Matrix<double, 3, 7, Eigen::RowMajor> minus;
+    ASSERT_TRUE(FloorPoseManifold().PlusJacobian(x.data(), plus.data()));
+    ASSERT_TRUE(FloorPoseManifold().MinusJacobian(x.data(), minus.data()));
+    EXPECT_LT((minus * plus - Eigen::Matrix3d::Identity()).norm(), 1e-13);
+    const Eigen::Matrix<double, 6, 3> E = FloorTangent(T);
+    EXPECT_LT((E.transpose() * E - Eigen::Matrix3d::Identity()).norm(), 1e-13);
+    for (int k = 0; k < 3; ++k) {
+      const Eigen::Vector3d d = kStep * Eigen::Vector3d::Unit(k);
+      const Block ahead = FloorPlus(x, d), behind = FloorPlus(x, -d);
+      EXPECT_LT((plus.col(k) - (AsVector(ahead) - AsVector(behind)) / (2.0 * kStep)).norm(), 1e-8);
+      const Vector6d tangent = (Minus(ahead, x) - Minus(behind, x)) / (2.0 * kStep);
+      EXPECT_LT((E.col(k) - tangent).norm(), 1e-8);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace planar_vslam::test

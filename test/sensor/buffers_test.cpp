@@ -75,6 +75,22 @@ TEST(OdometryBuffer, RefusesReadingsOutOfOrderOrNotFinite) {
   EXPECT_EQ(buffer.Push({At(2.0), Rigid2()}), PushResult::kAccepted);
 }
 
+TEST(OdometryBuffer, PartsOfAnIncrementKeepItsCovarianceRate) {
+  OdometryBuffer buffer;
+  for (int k = 0; k < 4; ++k) {
+    OdometryReading reading{At(0.1 * k), Rigid2(0.1 * k, 0.0, 0.0)};
+    if (k > 0) reading.covariance_rate = k * Eigen::Matrix3d::Identity();
+    buffer.Push(reading);
+  }
+  const auto slice = buffer.Slice(At(0.05), At(0.25));
+  ASSERT_EQ(slice.size(), 4U);
+  for (std::size_t k = 1; k < slice.size(); ++k) {
+    ASSERT_TRUE(slice[k].covariance_rate.has_value()) << k;
+    EXPECT_EQ((*slice[k].covariance_rate)(0, 0), static_cast<double>(k));
+  }
+  EXPECT_EQ((*buffer.Slice(At(0.0), At(0.2)).back().covariance_rate)(0, 0), 2.0);
+}
+
 TEST(OdometryBuffer, SliceHasBothEndsAndEveryReadingBetween) {
   const OdometryBuffer buffer = DriveAcrossPi();
   const auto slice = buffer.Slice(At(0.25), At(0.55));

@@ -89,4 +89,18 @@ struct ReprojectionTwin {
   }
 };
 
+// Weighted as a whole.
+struct PlanarReprojectionTwin {
+  ReprojectionTwin reprojection;
+  Eigen::Matrix2d whitening;
+
+  template <class S>
+  bool operator()(const S* pose, const S* point, S* residuals) const {
+    S e[2];
+    reprojection(pose, point, e);
+    for (int r = 0; r < 2; ++r) residuals[r] = whitening(r, 0) * e[0] + whitening(r, 1) * e[1];
+    return true;
+  }
+};
+
 }  // namespace planar_vslam::test

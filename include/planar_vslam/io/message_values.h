@@ -4,6 +4,7 @@
 #include <string>
 
 #include "planar_vslam/geometry/expected.h"
+#include "planar_vslam/planar/message_covariance.h"
 #include "planar_vslam/sensor/camera_model.h"
 #include "planar_vslam/sensor/measurements.h"
 
@@ -12,6 +13,11 @@ template <class Allocator>
 struct Transform_;
 using Transform = Transform_<std::allocator<void>>;
 }  // namespace geometry_msgs
+namespace nav_msgs {
+template <class Allocator>
+struct Odometry_;
+using Odometry = Odometry_<std::allocator<void>>;
+}  // namespace nav_msgs
 namespace sensor_msgs {
 template <class Allocator>
 struct CameraInfo_;
@@ -31,6 +37,9 @@ namespace planar_vslam::io {
 
 Rigid3 ToRigid3(const geometry_msgs::Transform& transform);
 PlanarScan ToPlanarScan(const sensor_msgs::LaserScan& scan);
+// What the message says of x, y and yaw. None (zero) where the base is not above or below its child frame: what it says
+// is about another point then.
+OdometryMessageCovariance ToOdometryCovariance(const nav_msgs::Odometry& odometry, const Rigid3& T_child_base);
 
 // `where` (file or node, and topic) is named in errors. A rectified image takes P without distortion.
 Expected<CameraModel> ToCameraModel(const sensor_msgs::CameraInfo& info, const std::string& where, bool rectified);

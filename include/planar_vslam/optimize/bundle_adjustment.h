@@ -2,6 +2,8 @@
 // Bundle adjustment over part of a map or all of it, with Ceres:
 //   sum rho_huber(|e_reprojection|^2 / sigma^2) + sum rho(|e_odometry|^2_Sigma) + sum |e_planar|^2
 // over base poses T_map_base (camera through T_base_camera at that stamp) and points. Values in, values out.
+// With planar.mode se2_xyz or hard, free keyframes on the floor are put on it and keep 3 dof, without e_planar; with
+// se2_xyz the reprojections of all keyframes on the floor are weighted by planar_reprojection_factor.h, anew a round.
 #include <string>
 #include <utility>
 #include <vector>
@@ -32,7 +34,7 @@ struct BundleRequest {
 struct BundleContext {
   CameraModel camera;
   OdometryNoise odometry_noise;
-  PlanarPriorOptions planar;  // applied to free keyframes on the floor of a metric map, unless its mode is off
+  PlanarPriorOptions planar;  // applied to keyframes on the floor of a metric map, unless its mode is off
   BundleOptions options;
 };
 

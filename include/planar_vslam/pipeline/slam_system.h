@@ -54,6 +54,8 @@ struct SystemReport {
   MapScale map_scale;                       // of the map as it is now
   std::optional<double> scale_known_after;  // m driven until its standard deviation was good enough
   std::optional<Timestamp> initialized;     // first frame with a map
+  // Frames whose odometry had its covariance from the noise model, or all of it from messages.
+  long odometry_by_model = 0, odometry_by_messages = 0;
 };
 
 enum class Schedule { kInline, kThreaded };

@@ -29,6 +29,9 @@ struct ImageFrame {
 struct OdometryReading {
   Timestamp stamp;
   Rigid2 T_odom_base;
+  // 1/s: by how much the motion up to here gained in variance, of [x, y, angle] along the axes of the base; where the
+  // source says so.
+  std::optional<Eigen::Matrix3d> covariance_rate{};
 };
 
 // One sweep of a planar laser. Beam i points along angle_min + i * angle_increment in the laser frame.

@@ -1,5 +1,11 @@
 #pragma once
-// The floor as a soft prior on one base pose (optional SE(2) prior): height and tilt over the plane z = 0 of the map.
+// What a floor says of the base, in one of these forms (planar/README.md compares them):
+//   soft_se3  poses of 6 dof, held near the floor by the prior below;
+//   se2_xyz   poses of 3 dof on the floor, pixels uncertain by what height and tilt do (planar_reprojection_factor.h);
+//   hard      poses of 3 dof on the floor, pixels as they are: for comparison.
+// Where the floor monitor has released the floor, every form leaves a pose its 6 dof and says nothing of it.
+//
+// The soft prior on one base pose (optional SE(2) prior): height and tilt over the plane z = 0 of the map.
 //   e = [ z / sigma_z,  u_x / sigma_tilt,  u_y / sigma_tilt ],  u = R_map_base^T e_z   (u_x, u_y = -sin pitch, ~ roll)
 // Jacobians for right perturbations d = [translation, rotation]:
 //   dz/d_t = e_z^T R,   du/d_r = [u]_x (first two rows).
@@ -12,11 +18,14 @@
 
 namespace planar_vslam {
 
-enum class PlanarMode { kOff, kSoft };
+enum class PlanarMode { kOff, kSoftSe3, kSe2Xyz, kHard };
+
+// Whether poses on the floor have 3 dof.
+inline bool IsPlanar(PlanarMode mode) { return mode == PlanarMode::kSe2Xyz || mode == PlanarMode::kHard; }
 
 struct PlanarPriorOptions {
-  PlanarMode mode = PlanarMode::kSoft;
-  double sigma_height = 0.01;                 // m
+  PlanarMode mode = PlanarMode::kSoftSe3;
+  double sigma_height = 0.01;                 // m, of the base over the floor
   double sigma_tilt = DegreesToRadians(0.5);  // rad, roll and pitch each
   bool floor_points = false;                  // landmarks seen on the floor hold it at z = 0 (floor_points.h)
   double sigma_floor_point = 0.03;            // m, of such a landmark's height: flatness, and how well it is seen

@@ -4,6 +4,12 @@
 // Factors compute their Jacobian J_local (rows x 6) with respect to that tangent at d = 0 and write
 // J_ambient = J_local * MinusJacobian(x), because PlusJacobian(x) is then a right inverse: MinusJacobian PlusJacobian =
 // I.
+//
+// A pose on the floor is the same block with 3 dof [x, y, yaw] in the axes of the map; height and tilt (the third row
+// of R) stay what they are:
+//   Plus(T, d) = (t + [d_x, d_y, 0], Rz(d_yaw) q).
+// As a tangent of 6 dof this is d_6 = E d with E = [R^T e_x, R^T e_y, 0; 0, 0, R^T e_z]. The columns of E are
+// orthonormal, so PlusJacobian = PlusJacobian_6 E and MinusJacobian = E^T MinusJacobian_6.
 #include <ceres/manifold.h>
 
 #include "planar_vslam/geometry/rigid3.h"
@@ -22,6 +28,19 @@ class PoseManifold final : public ceres::Manifold {
  public:
   int AmbientSize() const override { return kPoseBlockSize; }
   int TangentSize() const override { return 6; }
+  bool Plus(const double* x, const double* delta, double* x_plus_delta) const override;
+  bool PlusJacobian(const double* x, double* jacobian) const override;
+  bool Minus(const double* y, const double* x, double* y_minus_x) const override;
+  bool MinusJacobian(const double* x, double* jacobian) const override;
+};
+
+// E: what a step of 3 dof on the floor is as a right perturbation.
+Eigen::Matrix<double, 6, 3> FloorTangent(const Rigid3& T);
+
+class FloorPoseManifold final : public ceres::Manifold {
+ public:
+  int AmbientSize() const override { return kPoseBlockSize; }
+  int TangentSize() const override { return 3; }
   bool Plus(const double* x, const double* delta, double* x_plus_delta) const override;
   bool PlusJacobian(const double* x, double* jacobian) const override;
   bool Minus(const double* y, const double* x, double* y_minus_x) const override;

@@ -20,10 +20,17 @@ struct PreintegratedOdometry {
   double distance = 0.0;                                 // m, path length
   double turn = 0.0;                                     // rad, sum of |dphi|
   double seconds = 0.0;                                  // time spanned
+  bool modelled = false;  // part of the covariance is from the noise model, not from messages (message_covariance.h)
 };
 
-// `readings` in time order, at least one. One reading gives the identity with zero covariance.
+// `readings` in time order, at least one. One reading gives the identity with zero covariance. An increment whose
+// reading carries a covariance has that, if the options let it, else the model's.
 PreintegratedOdometry Preintegrate(const std::vector<OdometryReading>& readings, const OdometryNoise& noise);
+
+// With the arc-length model the motion as it is. With the AMCL model, whose variances are for whole motions, its
+// covariance is that of the motion from end to end: for what becomes the link between two keyframes, once, when the
+// keyframe is made. From then on links are composed as any. What the way there did (forth and back) does not count.
+PreintegratedOdometry OverWholeMotion(PreintegratedOdometry odometry, const OdometryNoise& noise);
 
 // i->j then j->k, as one i->k measurement. Used when keyframe j is culled. Associative up to rounding.
 PreintegratedOdometry Compose(const PreintegratedOdometry& ij, const PreintegratedOdometry& jk);
