@@ -31,6 +31,7 @@ struct SimulateArguments {
   std::vector<std::string> variants;
   std::uint64_t seed = 1;
   double until = std::numeric_limits<double>::infinity();
+  bool sensors_only = false;
   int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
 };
 
@@ -87,8 +88,9 @@ int Record(Simulation& simulation, const SimulateArguments& arguments) {
     const Expected<bool> closed = bag->Close();
     if (!closed) return Fail(kExitFailure, closed.error().message);
   }
-  fmt::print("{}: {:.1f} s, {} images, {} odometry readings, {} scans\n",
-             (arguments.out.empty() ? arguments.bag : arguments.out).string(), simulation.end_time(), counts.images,
+  const std::string images = simulation.renders() ? fmt::format("{} images", counts.images) : "no images";
+  fmt::print("{}: {:.1f} s, {}, {} odometry readings, {} scans\n",
+             (arguments.out.empty() ? arguments.bag : arguments.out).string(), simulation.end_time(), images,
              counts.odometry_readings, counts.scans);
   return kExitSuccess;
 }
@@ -104,6 +106,7 @@ int Simulate(const SimulateArguments& arguments) {
   options.seed = arguments.seed;
   options.until = arguments.until;
   options.threads = arguments.threads;
+  options.render = !arguments.sensors_only;
   Expected<Simulation> simulation = Simulation::Create(*world, options);
   if (!simulation) return Fail(kExitBadInput, simulation.error().message);
   return Record(*simulation, arguments);
@@ -128,6 +131,8 @@ void AddSimulate(CLI::App& app, int* exit_code) {
       ->allow_extra_args(false);
   command->add_option("--seed", arguments->seed, "Textures and noise; the same seed gives the same bytes")
       ->capture_default_str();
+  command->add_flag("--sensors-only", arguments->sensors_only,
+                    "No images: odometry, scans and truth of another seed, to go with images rendered before");
   command->add_option("--until", arguments->until, "Stop after this many seconds")->check(CLI::PositiveNumber);
   command->add_option("--threads", arguments->threads, "That render; the bytes do not depend on it")
       ->capture_default_str()

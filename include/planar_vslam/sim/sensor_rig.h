@@ -42,6 +42,7 @@ class SensorRig {
   std::optional<SimulatedEvent> Next(const TrueMotion& motion, double until);
   double lead() const;  // s
 
+  bool renders() const { return options_.render; }
   const World& world() const { return world_; }
   const Scene& scene() const { return *scene_; }
   const CameraSensor& camera() const { return camera_; }

@@ -27,6 +27,7 @@ class Simulation {
   const Drive& drive() const { return motion_.drive(); }
   const Scene& scene() const { return rig_.scene(); }
   const CameraSensor& camera() const { return rig_.camera(); }
+  bool renders() const { return rig_.renders(); }
   double end_time() const { return end_; }  // s
 
  private:
