@@ -17,7 +17,7 @@
 #include "planar_vslam/sim/dataset_writer.h"
 #include "planar_vslam/sim/simulation.h"
 #include "planar_vslam/sim/variants.h"
-#include "planar_vslam/sim/world.h"
+#include "planar_vslam/sim/world_files.h"
 
 namespace planar_vslam {
 namespace {
@@ -34,28 +34,6 @@ struct SimulateArguments {
   bool sensors_only = false;
   int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
 };
-
-// Where the shipped worlds may be: installed beside the executable (lib/planar_vslam -> share/planar_vslam), else in
-// the source tree it was built from.
-std::vector<fs::path> WorldFolders() {
-  std::error_code no_executable_path;
-  const fs::path executable = fs::read_symlink("/proc/self/exe", no_executable_path);
-  const fs::path installed = executable.parent_path() / "../../share/planar_vslam/config/worlds";
-  return {installed.lexically_normal(), fs::path(PV_SOURCE_DIR) / "config/worlds"};
-}
-
-// The file itself, or the shipped world of that name.
-Expected<fs::path> FindWorld(const std::string& world) {
-  if (fs::is_regular_file(world)) return fs::path(world);
-  const std::vector<fs::path> folders = WorldFolders();
-  if (fs::path(world).filename() == world) {
-    for (const fs::path& folder : folders) {
-      const fs::path path = folder / (world + ".yaml");
-      if (fs::is_regular_file(path)) return path;
-    }
-  }
-  return Error{fmt::format("{}: expected a world file, or the name of a world in {}", world, folders.back().string())};
-}
 
 BagRobot RobotOf(const World& world) {
   return {world.camera.model, world.camera.T_base_camera(), !world.head.motion.empty(), world.laser.T_base_laser()};
@@ -96,11 +74,7 @@ int Record(Simulation& simulation, const SimulateArguments& arguments) {
 }
 
 int Simulate(const SimulateArguments& arguments) {
-  const Expected<fs::path> path = FindWorld(arguments.world);
-  if (!path) return Fail(kExitBadInput, path.error().message);
-  Expected<World> world = LoadWorld(*path);
-  if (world) world = ChooseDrive(*world, arguments.drive);
-  if (world) world = ApplyVariants(*world, arguments.variants, arguments.seed);
+  const Expected<World> world = OpenWorld({arguments.world, arguments.drive, arguments.variants, arguments.seed});
   if (!world) return Fail(kExitBadInput, world.error().message);
   SimulationOptions options;
   options.seed = arguments.seed;
