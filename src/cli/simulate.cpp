@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <limits>
@@ -18,6 +19,7 @@
 #include "planar_vslam/sim/simulation.h"
 #include "planar_vslam/sim/variants.h"
 #include "planar_vslam/sim/world_files.h"
+#include "session_options.h"
 
 namespace planar_vslam {
 namespace {
@@ -31,12 +33,18 @@ struct SimulateArguments {
   std::vector<std::string> variants;
   std::uint64_t seed = 1;
   double until = std::numeric_limits<double>::infinity();
-  bool sensors_only = false;
+  bool sensors_only = false, quiet = false;
   int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
 };
 
 BagRobot RobotOf(const World& world) {
   return {world.camera.model, world.camera.T_base_camera(), !world.head.motion.empty(), world.laser.T_base_laser()};
+}
+
+// From second 0 to the end.
+long ImageCount(const Simulation& simulation) {
+  constexpr double kRounding = 1e-6;  // images
+  return static_cast<long>(std::floor(simulation.end_time() * simulation.world().camera.rate + kRounding)) + 1;
 }
 
 // Runs the simulation into the folder, the bag, or both.
@@ -47,18 +55,22 @@ int Record(Simulation& simulation, const SimulateArguments& arguments) {
     if (!created) return Fail(kExitFailure, created.error().message);
     bag = std::move(*created);
   }
-  DatasetCounts counts;
-  const auto to_bag = [&](const SimulatedEvent& event) {
+  DatasetCounts counts, shown;
+  ProgressBar progress;
+  const long images = ImageCount(simulation);
+  const auto observe = [&](const SimulatedEvent& event) {
+    shown.Add(event);
+    if (!arguments.quiet && std::holds_alternative<CameraFrame>(event.measurement)) progress(shown.images, images);
     if (!bag.has_value()) return;
     std::visit([&bag](const auto& measurement) { bag->Write(measurement); }, event.measurement);
   };
   if (!arguments.out.empty()) {
-    const Expected<DatasetCounts> written = WriteDataset(simulation, arguments.out, to_bag);
+    const Expected<DatasetCounts> written = WriteDataset(simulation, arguments.out, observe);
     if (!written) return Fail(kExitFailure, written.error().message);
     counts = *written;
   } else {
     while (const std::optional<SimulatedEvent> event = simulation.Next()) {
-      to_bag(*event);
+      observe(*event);
       counts.Add(*event);
     }
   }
@@ -66,9 +78,9 @@ int Record(Simulation& simulation, const SimulateArguments& arguments) {
     const Expected<bool> closed = bag->Close();
     if (!closed) return Fail(kExitFailure, closed.error().message);
   }
-  const std::string images = simulation.renders() ? fmt::format("{} images", counts.images) : "no images";
+  const std::string rendered = simulation.renders() ? fmt::format("{} images", counts.images) : "no images";
   fmt::print("{}: {:.1f} s, {}, {} odometry readings, {} scans\n",
-             (arguments.out.empty() ? arguments.bag : arguments.out).string(), simulation.end_time(), images,
+             (arguments.out.empty() ? arguments.bag : arguments.out).string(), simulation.end_time(), rendered,
              counts.odometry_readings, counts.scans);
   return kExitSuccess;
 }
@@ -111,6 +123,7 @@ void AddSimulate(CLI::App& app, int* exit_code) {
   command->add_option("--threads", arguments->threads, "That render; the bytes do not depend on it")
       ->capture_default_str()
       ->check(CLI::Range(1, 256));
+  command->add_flag("--quiet", arguments->quiet, "No progress bar");
   command->callback([arguments, exit_code] { *exit_code = Simulate(*arguments); });
 }
 

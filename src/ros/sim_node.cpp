@@ -5,7 +5,7 @@
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
 
-#include <algorithm>
+#include <ctime>
 
 #include "sim_publisher.h"
 #include "sim_settings.h"
@@ -56,8 +56,9 @@ class SimNode {
       ReportNowAndThen();
     }
     const double wall = (ros::WallTime::now() - started).toSec();
-    fmt::print("{:.1f} s simulated in {:.1f} s: {:.2f} times real time, {} collisions\n", robot_.now(), wall,
-               robot_.now() / wall, robot_.base().collisions);
+    const double cpu = static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+    fmt::print("{:.1f} s simulated in {:.1f} s ({:.1f} s of CPU): {:.2f} times real time, {} collisions\n",
+               robot_.now(), wall, cpu, robot_.now() / wall, robot_.base().collisions);
   }
 
  private:
