@@ -45,6 +45,7 @@ class SimNode {
     publisher_.PublishClock(0.0);
     ros::WallDuration(settings_.start_delay).sleep();
     const ros::WallTime started = ros::WallTime::now();
+    const std::clock_t cpu_started = std::clock();
     Pacer pacer(settings_.rate);
     reported_at_ = started;
     while (ros::ok()) {
@@ -56,7 +57,7 @@ class SimNode {
       ReportNowAndThen();
     }
     const double wall = (ros::WallTime::now() - started).toSec();
-    const double cpu = static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+    const double cpu = static_cast<double>(std::clock() - cpu_started) / CLOCKS_PER_SEC;
     fmt::print("{:.1f} s simulated in {:.1f} s ({:.1f} s of CPU): {:.2f} times real time, {} collisions\n",
                robot_.now(), wall, cpu, robot_.now() / wall, robot_.base().collisions);
   }
