@@ -1,10 +1,13 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "commands.h"
 #include "planar_vslam/io/consistency.h"
@@ -17,9 +20,10 @@ namespace {
 constexpr double kLongestOffset = 4e9;  // s; shifts between any two epochs of today fit
 
 struct EvaluateArguments {
-  std::string estimate, groundtruth, plot, covariances;
+  std::string estimate, groundtruth, plot, grid, beside, covariances;
   std::string alignment = "se3";
-  double time_offset = 0.0;  // s, added to the estimate's stamps
+  std::vector<double> transform;  // T_truth_estimate: x m, y m, yaw rad
+  double time_offset = 0.0;       // s, added to the estimate's stamps
   bool json = false;
 };
 
@@ -44,6 +48,37 @@ int PrintConsistency(const EvaluateArguments& arguments, const Trajectory& estim
   return kExitSuccess;
 }
 
+Expected<TrajectoryErrors> ErrorsOf(const EvaluateArguments& arguments, const Trajectory& estimate,
+                                    const Trajectory& truth) {
+  const std::vector<double>& t = arguments.transform;
+  if (t.empty()) return EvaluateTrajectory(estimate, truth, Alignments().at(arguments.alignment));
+  if (!std::isfinite(t[0]) || !std::isfinite(t[1]) || !std::isfinite(t[2]))
+    return Error{"--transform: expected three finite numbers x,y,yaw"};
+  return EvaluateTrajectory(estimate, truth, Similarity3{1.0, Embed3(Rigid2(t[0], t[1], t[2]))});
+}
+
+// What there is to be drawn beside the trajectories.
+Expected<PlotLayers> ReadLayers(const EvaluateArguments& arguments, const Trajectory& truth) {
+  PlotLayers layers;
+  if (!arguments.grid.empty()) {
+    Expected<OccupancyGrid2d> grid = ReadMapServerFiles(arguments.grid);
+    if (!grid) return grid.error();
+    layers.grid = std::move(*grid);
+  }
+  if (arguments.beside.empty()) return layers;
+  Expected<Trajectory> beside = ReadTrajectory(arguments.beside);
+  if (!beside) return beside.error();
+  const EvaluationAlignment alignment =
+      arguments.transform.empty() ? Alignments().at(arguments.alignment) : EvaluationAlignment::kSe2;
+  const Expected<TrajectoryErrors> errors = EvaluateTrajectory(*beside, truth, alignment);
+  if (!errors) return Error{arguments.beside + ": " + errors.error().message};
+  layers.beside = std::move(*beside);
+  layers.truth_from_beside = errors->truth_from_estimate;
+  layers.beside_name =
+      fmt::format("{}: {:.3f} m RMSE", std::filesystem::path(arguments.beside).stem().string(), errors->ate.rmse);
+  return layers;
+}
+
 int Evaluate(const EvaluateArguments& arguments) {
   Expected<Trajectory> estimate = ReadTrajectory(arguments.estimate);
   if (!estimate) return Fail(kExitBadInput, estimate.error().message);
@@ -52,10 +87,12 @@ int Evaluate(const EvaluateArguments& arguments) {
   const Timestamp shift = Timestamp::FromSeconds(arguments.time_offset);
   for (StampedPose& pose : *estimate) pose.stamp.nanoseconds += shift.nanoseconds;
   if (!arguments.covariances.empty()) return PrintConsistency(arguments, *estimate, *truth);
-  const Expected<TrajectoryErrors> errors = EvaluateTrajectory(*estimate, *truth, Alignments().at(arguments.alignment));
+  const Expected<TrajectoryErrors> errors = ErrorsOf(arguments, *estimate, *truth);
   if (!errors) return Fail(kExitFailure, arguments.estimate + ": " + errors.error().message);
   if (!arguments.plot.empty()) {
-    const Expected<bool> plotted = WriteSvgPlot(*estimate, *truth, *errors, arguments.plot);
+    const Expected<PlotLayers> layers = ReadLayers(arguments, *truth);
+    if (!layers) return Fail(kExitBadInput, layers.error().message);
+    const Expected<bool> plotted = WriteSvgPlot(*estimate, *truth, *errors, arguments.plot, *layers);
     if (!plotted) return Fail(kExitFailure, plotted.error().message);
   }
   std::fputs((arguments.json ? ToJson(*errors) : ToText(*errors)).c_str(), stdout);
@@ -69,17 +106,32 @@ void AddEvaluate(CLI::App& app, int* exit_code) {
   CLI::App* command = app.add_subcommand("evaluate", "Errors of a trajectory against ground truth (TUM files)");
   command->add_option("--estimate", arguments->estimate, "Trajectory to evaluate, TUM format")->required();
   command->add_option("--groundtruth", arguments->groundtruth, "True trajectory, TUM format")->required();
+  CLI::Option* align = command
+                           ->add_option("--align", arguments->alignment,
+                                        "How the estimate is laid over the truth; first: by the first pose")
+                           ->capture_default_str()
+                           ->check(CLI::IsMember(Alignments()));
   command
-      ->add_option("--align", arguments->alignment, "How the estimate is laid over the truth; first: by the first pose")
-      ->capture_default_str()
-      ->check(CLI::IsMember(Alignments()));
+      ->add_option(
+          "--transform", arguments->transform,
+          "x,y,yaw (m, rad): from the estimate's frame to the truth's, instead of an alignment of its own: for "
+          "poses in a map that was aligned before")
+      ->delimiter(',')
+      ->expected(3)
+      ->excludes(align);
   command->add_option("--time-offset", arguments->time_offset, "Seconds to add to the estimate's stamps")
       ->check(CLI::Range(-kLongestOffset, kLongestOffset));
   command->add_option(
       "--consistency", arguments->covariances,
       "Instead: NEES of the poses with these covariances (covariance_live.csv), laid over the first pose");
   command->add_flag("--json", arguments->json, "Print JSON instead of a table");
-  command->add_option("--plot", arguments->plot, "Also write a picture of both trajectories, SVG");
+  CLI::Option* plot = command->add_option("--plot", arguments->plot, "Also write a picture of both trajectories, SVG");
+  command->add_option("--grid", arguments->grid, "Drawn below them: grid in the estimate's frame, map_server yaml")
+      ->needs(plot);
+  command
+      ->add_option("--beside", arguments->beside,
+                   "Drawn with them: another estimate, like odometry alone, aligned for itself (TUM format)")
+      ->needs(plot);
   command->callback([arguments, exit_code] { *exit_code = Evaluate(*arguments); });
 }
 

@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <limits>
@@ -17,7 +18,8 @@
 #include "planar_vslam/sim/dataset_writer.h"
 #include "planar_vslam/sim/simulation.h"
 #include "planar_vslam/sim/variants.h"
-#include "planar_vslam/sim/world.h"
+#include "planar_vslam/sim/world_files.h"
+#include "session_options.h"
 
 namespace planar_vslam {
 namespace {
@@ -31,33 +33,18 @@ struct SimulateArguments {
   std::vector<std::string> variants;
   std::uint64_t seed = 1;
   double until = std::numeric_limits<double>::infinity();
+  bool sensors_only = false, quiet = false;
   int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
 };
 
-// Where the shipped worlds may be: installed beside the executable (lib/planar_vslam -> share/planar_vslam), else in
-// the source tree it was built from.
-std::vector<fs::path> WorldFolders() {
-  std::error_code no_executable_path;
-  const fs::path executable = fs::read_symlink("/proc/self/exe", no_executable_path);
-  const fs::path installed = executable.parent_path() / "../../share/planar_vslam/config/worlds";
-  return {installed.lexically_normal(), fs::path(PV_SOURCE_DIR) / "config/worlds"};
-}
-
-// The file itself, or the shipped world of that name.
-Expected<fs::path> FindWorld(const std::string& world) {
-  if (fs::is_regular_file(world)) return fs::path(world);
-  const std::vector<fs::path> folders = WorldFolders();
-  if (fs::path(world).filename() == world) {
-    for (const fs::path& folder : folders) {
-      const fs::path path = folder / (world + ".yaml");
-      if (fs::is_regular_file(path)) return path;
-    }
-  }
-  return Error{fmt::format("{}: expected a world file, or the name of a world in {}", world, folders.back().string())};
-}
-
 BagRobot RobotOf(const World& world) {
   return {world.camera.model, world.camera.T_base_camera(), !world.head.motion.empty(), world.laser.T_base_laser()};
+}
+
+// From second 0 to the end.
+long ImageCount(const Simulation& simulation) {
+  constexpr double kRounding = 1e-6;  // images
+  return static_cast<long>(std::floor(simulation.end_time() * simulation.world().camera.rate + kRounding)) + 1;
 }
 
 // Runs the simulation into the folder, the bag, or both.
@@ -68,18 +55,22 @@ int Record(Simulation& simulation, const SimulateArguments& arguments) {
     if (!created) return Fail(kExitFailure, created.error().message);
     bag = std::move(*created);
   }
-  DatasetCounts counts;
-  const auto to_bag = [&](const SimulatedEvent& event) {
+  DatasetCounts counts, shown;
+  ProgressBar progress;
+  const long images = ImageCount(simulation);
+  const auto observe = [&](const SimulatedEvent& event) {
+    shown.Add(event);
+    if (!arguments.quiet && std::holds_alternative<CameraFrame>(event.measurement)) progress(shown.images, images);
     if (!bag.has_value()) return;
     std::visit([&bag](const auto& measurement) { bag->Write(measurement); }, event.measurement);
   };
   if (!arguments.out.empty()) {
-    const Expected<DatasetCounts> written = WriteDataset(simulation, arguments.out, to_bag);
+    const Expected<DatasetCounts> written = WriteDataset(simulation, arguments.out, observe);
     if (!written) return Fail(kExitFailure, written.error().message);
     counts = *written;
   } else {
     while (const std::optional<SimulatedEvent> event = simulation.Next()) {
-      to_bag(*event);
+      observe(*event);
       counts.Add(*event);
     }
   }
@@ -87,23 +78,21 @@ int Record(Simulation& simulation, const SimulateArguments& arguments) {
     const Expected<bool> closed = bag->Close();
     if (!closed) return Fail(kExitFailure, closed.error().message);
   }
-  fmt::print("{}: {:.1f} s, {} images, {} odometry readings, {} scans\n",
-             (arguments.out.empty() ? arguments.bag : arguments.out).string(), simulation.end_time(), counts.images,
+  const std::string rendered = simulation.renders() ? fmt::format("{} images", counts.images) : "no images";
+  fmt::print("{}: {:.1f} s, {}, {} odometry readings, {} scans\n",
+             (arguments.out.empty() ? arguments.bag : arguments.out).string(), simulation.end_time(), rendered,
              counts.odometry_readings, counts.scans);
   return kExitSuccess;
 }
 
 int Simulate(const SimulateArguments& arguments) {
-  const Expected<fs::path> path = FindWorld(arguments.world);
-  if (!path) return Fail(kExitBadInput, path.error().message);
-  Expected<World> world = LoadWorld(*path);
-  if (world) world = ChooseDrive(*world, arguments.drive);
-  if (world) world = ApplyVariants(*world, arguments.variants, arguments.seed);
+  const Expected<World> world = OpenWorld({arguments.world, arguments.drive, arguments.variants, arguments.seed});
   if (!world) return Fail(kExitBadInput, world.error().message);
   SimulationOptions options;
   options.seed = arguments.seed;
   options.until = arguments.until;
   options.threads = arguments.threads;
+  options.render = !arguments.sensors_only;
   Expected<Simulation> simulation = Simulation::Create(*world, options);
   if (!simulation) return Fail(kExitBadInput, simulation.error().message);
   return Record(*simulation, arguments);
@@ -128,10 +117,13 @@ void AddSimulate(CLI::App& app, int* exit_code) {
       ->allow_extra_args(false);
   command->add_option("--seed", arguments->seed, "Textures and noise; the same seed gives the same bytes")
       ->capture_default_str();
+  command->add_flag("--sensors-only", arguments->sensors_only,
+                    "No images: odometry, scans and truth of another seed, to go with images rendered before");
   command->add_option("--until", arguments->until, "Stop after this many seconds")->check(CLI::PositiveNumber);
   command->add_option("--threads", arguments->threads, "That render; the bytes do not depend on it")
       ->capture_default_str()
       ->check(CLI::Range(1, 256));
+  command->add_flag("--quiet", arguments->quiet, "No progress bar");
   command->callback([arguments, exit_code] { *exit_code = Simulate(*arguments); });
 }
 

@@ -8,10 +8,10 @@
 #include <sensor_msgs/LaserScan.h>
 #include <tf2_msgs/TFMessage.h>
 
-#include <algorithm>
-#include <cmath>
 #include <opencv2/imgcodecs.hpp>
 #include <string>
+
+#include "planar_vslam/io/value_messages.h"
 
 namespace planar_vslam {
 namespace {
@@ -38,18 +38,6 @@ geometry_msgs::TransformStamped Transform(const ros::Time& stamp, const std::str
   message.transform.rotation.x = q.x(), message.transform.rotation.y = q.y();
   message.transform.rotation.z = q.z(), message.transform.rotation.w = q.w();
   return message;
-}
-
-sensor_msgs::CameraInfo CameraInfo(const CameraModel& camera) {
-  sensor_msgs::CameraInfo info;
-  info.width = static_cast<std::uint32_t>(camera.width);
-  info.height = static_cast<std::uint32_t>(camera.height);
-  info.distortion_model = "plumb_bob";
-  info.D = {camera.k1, camera.k2, camera.p1, camera.p2, camera.k3};
-  info.K = {camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1};
-  info.R = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-  info.P = {camera.fx, 0, camera.cx, 0, 0, camera.fy, camera.cy, 0, 0, 0, 1, 0};
-  return info;
 }
 
 }  // namespace
@@ -113,7 +101,7 @@ void BagWriter::Write(const CameraFrame& frame) {
   // The header only lends the pixels; imencode does not write to them.
   const cv::Mat pixels(image.height, image.width, CV_8U, const_cast<std::uint8_t*>(image.pixels->data()));
   cv::imencode(".jpg", pixels, message.data, {cv::IMWRITE_JPEG_QUALITY, kJpegQuality});
-  sensor_msgs::CameraInfo info = CameraInfo(impl_->robot.camera);
+  sensor_msgs::CameraInfo info = io::ToCameraInfo(impl_->robot.camera);
   info.header = message.header;
   impl_->Write("/camera/image_raw/compressed", stamp, message);
   impl_->Write("/camera/camera_info", stamp, info);
@@ -122,37 +110,18 @@ void BagWriter::Write(const CameraFrame& frame) {
 void BagWriter::Write(const OdometryReading& reading) {
   const ros::Time stamp = ToRos(reading.stamp);
   const geometry_msgs::TransformStamped transform = Transform(stamp, kOdom, kBase, Embed3(reading.T_odom_base));
-  nav_msgs::Odometry message;
+  nav_msgs::Odometry message = io::ToOdometry(reading, impl_->last_reading);
   message.header = transform.header;
   message.child_frame_id = kBase;
-  message.pose.pose.position.x = reading.T_odom_base.translation.x();
-  message.pose.pose.position.y = reading.T_odom_base.translation.y();
-  message.pose.pose.orientation = transform.transform.rotation;
-  if (impl_->last_reading.has_value() && impl_->last_reading->stamp < reading.stamp) {
-    const OdometryReading& last = *impl_->last_reading;
-    const double seconds = static_cast<double>(reading.stamp.nanoseconds - last.stamp.nanoseconds) * 1e-9;
-    const Eigen::Vector3d twist = LogSe2(last.T_odom_base.Inverse() * reading.T_odom_base) / seconds;
-    message.twist.twist.linear.x = twist.x();
-    message.twist.twist.linear.y = twist.y();
-    message.twist.twist.angular.z = twist.z();
-  }
   impl_->last_reading = reading;
   impl_->Write("/odom", stamp, message);
   impl_->WriteTransform("/tf", transform);
 }
 
 void BagWriter::Write(const LaserFrame& frame) {
-  const PlanarScan& scan = frame.scan;
-  sensor_msgs::LaserScan message;
-  message.header.stamp = ToRos(scan.stamp);
+  sensor_msgs::LaserScan message = io::ToLaserScan(frame.scan);
+  message.header.stamp = ToRos(frame.scan.stamp);
   message.header.frame_id = kLaser;
-  message.angle_min = static_cast<float>(scan.angle_min);
-  message.angle_increment = static_cast<float>(scan.angle_increment);
-  message.angle_max = static_cast<float>(
-      scan.angle_min + scan.angle_increment * static_cast<double>(std::max<std::size_t>(scan.ranges.size(), 1) - 1));
-  message.range_min = static_cast<float>(scan.range_min);
-  message.range_max = static_cast<float>(scan.range_max);
-  message.ranges = scan.ranges;
   impl_->Write("/scan", message.header.stamp, message);
 }
 

@@ -123,10 +123,9 @@ std::string Span(const Trajectory& trajectory) {
   return fmt::format("{} to {} s", io::FormatStamp(trajectory.front().stamp), io::FormatStamp(trajectory.back().stamp));
 }
 
-}  // namespace
-
-Expected<TrajectoryErrors> EvaluateTrajectory(const Trajectory& estimate, const Trajectory& truth,
-                                              EvaluationAlignment alignment) {
+// `align` gives the alignment of the pairs.
+template <class Align>
+Expected<TrajectoryErrors> Evaluate(const Trajectory& estimate, const Trajectory& truth, const Align& align) {
   const std::vector<PosePair> pairs = io::PairByStamp(estimate, truth);
   constexpr std::size_t kFewestPairs = 3;
   if (pairs.size() < kFewestPairs) {
@@ -137,12 +136,24 @@ Expected<TrajectoryErrors> EvaluateTrajectory(const Trajectory& estimate, const 
   }
   TrajectoryErrors errors;
   errors.pairs = static_cast<long>(pairs.size());
-  errors.truth_from_estimate = Align(pairs, alignment);
+  errors.truth_from_estimate = align(pairs);
   SetAbsoluteErrors(pairs, &errors);
   SetRelativeErrors(pairs, &errors);
   errors.scale_error = ScaleError(pairs);
   errors.coverage = io::Coverage(estimate, truth);
   return errors;
+}
+
+}  // namespace
+
+Expected<TrajectoryErrors> EvaluateTrajectory(const Trajectory& estimate, const Trajectory& truth,
+                                              EvaluationAlignment alignment) {
+  return Evaluate(estimate, truth, [alignment](const std::vector<PosePair>& pairs) { return Align(pairs, alignment); });
+}
+
+Expected<TrajectoryErrors> EvaluateTrajectory(const Trajectory& estimate, const Trajectory& truth,
+                                              const Similarity3& truth_from_estimate) {
+  return Evaluate(estimate, truth, [&](const std::vector<PosePair>&) { return truth_from_estimate; });
 }
 
 }  // namespace planar_vslam

@@ -16,6 +16,7 @@ using Points = std::vector<std::pair<double, double>>;
 
 constexpr const char* kTruthColor = "#7a7a7a";
 constexpr const char* kEstimateColor = "#0b62c4";
+constexpr const char* kBesideColor = "#d98e04";
 constexpr const char* kErrorColor = "#c43c0b";
 
 // Picture and panels, px.
@@ -54,9 +55,30 @@ std::vector<TimedPoint> TopView(const Trajectory& trajectory, const Similarity3&
   return points;
 }
 
-io::SvgPanel TopViewPanel(const std::vector<TimedPoint>& truth, const std::vector<TimedPoint>& estimate) {
-  double x_min = truth.front().x, x_max = x_min, y_min = truth.front().y, y_max = y_min;
-  for (const auto* points : {&truth, &estimate}) {
+// Corners of what the grid knows, as seen in the truth's frame.
+std::vector<TimedPoint> KnownCorners(const OccupancyGrid2d& grid, const Rigid2& T_truth_grid) {
+  int left = grid.width, right = -1, bottom = grid.height, top = -1;
+  for (int y = 0; y < grid.height; ++y) {
+    for (int x = 0; x < grid.width; ++x) {
+      if (grid.At(x, y) < 0) continue;
+      left = std::min(left, x), right = std::max(right, x);
+      bottom = std::min(bottom, y), top = std::max(top, y);
+    }
+  }
+  std::vector<TimedPoint> corners;
+  if (right < left) return corners;
+  for (const int x : {left, right + 1}) {
+    for (const int y : {bottom, top + 1}) {
+      const Eigen::Vector2d p = T_truth_grid * (grid.origin + grid.resolution * Eigen::Vector2d(x, y));
+      corners.push_back({{}, p.x(), p.y()});
+    }
+  }
+  return corners;
+}
+
+io::SvgPanel TopViewPanel(const std::vector<const std::vector<TimedPoint>*>& contents) {
+  double x_min = contents.front()->front().x, x_max = x_min, y_min = contents.front()->front().y, y_max = y_min;
+  for (const auto* points : contents) {
     for (const TimedPoint& point : *points) {
       x_min = std::min(x_min, point.x);
       x_max = std::max(x_max, point.x);
@@ -92,29 +114,47 @@ std::string ErrorOverTime(const Trajectory& estimate, const Trajectory& truth, c
          Lines(panel, points, kErrorColor, 1.5);
 }
 
+std::string Heading(const TrajectoryErrors& errors, const PlotLayers& layers) {
+  constexpr double kTitleY = 26.0, kTitleSize = 16.0, kPercent = 100.0;
+  std::string svg = io::SvgText(kTopView.left, kTitleY,
+                                fmt::format("ATE {:.3f} m RMSE, {:.3f} m max; {:.1f} % of the truth covered",
+                                            errors.ate.rmse, errors.ate.max, kPercent * errors.coverage),
+                                "start", kTitleSize);
+  svg += LegendEntry(kTopView.left, kTruthColor, "ground truth");
+  svg += LegendEntry(kTopView.left + 140.0, kEstimateColor, "estimate, aligned (dot: start)");
+  if (!layers.beside.empty()) svg += LegendEntry(kTopView.left + 390.0, kBesideColor, layers.beside_name);
+  return svg;
+}
+
+// The layers from the bottom up.
+std::string TopViewOf(const Trajectory& estimate, const Trajectory& truth, const TrajectoryErrors& errors,
+                      const PlotLayers& layers) {
+  const Rigid2 T_truth_grid = ProjectToPlane(errors.truth_from_estimate.T_target_source);
+  const std::vector<TimedPoint> truth_points = TopView(truth, Similarity3{});
+  const std::vector<TimedPoint> estimate_points = TopView(estimate, errors.truth_from_estimate);
+  const std::vector<TimedPoint> beside_points = TopView(layers.beside, layers.truth_from_beside);
+  const std::vector<TimedPoint> corners =
+      layers.grid.has_value() ? KnownCorners(*layers.grid, T_truth_grid) : std::vector<TimedPoint>();
+  const io::SvgPanel panel = TopViewPanel({&truth_points, &estimate_points, &beside_points, &corners});
+  std::string svg = layers.grid.has_value() ? panel.Cells(*layers.grid, T_truth_grid) : "";
+  svg += panel.Axes("x [m]", "y [m]");
+  svg += Lines(panel, truth_points, kTruthColor, 2.5);
+  svg += Lines(panel, beside_points, kBesideColor, 1.5);
+  svg += Lines(panel, estimate_points, kEstimateColor, 1.5);
+  if (!estimate_points.empty()) svg += panel.Dot(estimate_points.front().x, estimate_points.front().y, kEstimateColor);
+  return svg;
+}
+
 }  // namespace
 
 Expected<bool> WriteSvgPlot(const Trajectory& estimate, const Trajectory& truth, const TrajectoryErrors& errors,
-                            const std::filesystem::path& path) {
+                            const std::filesystem::path& path, const PlotLayers& layers) {
   if (truth.empty()) return Error{fmt::format("{}: no truth to plot", path.string())};
-  const std::vector<TimedPoint> truth_points = TopView(truth, Similarity3{});
-  const std::vector<TimedPoint> estimate_points = TopView(estimate, errors.truth_from_estimate);
-  const io::SvgPanel panel = TopViewPanel(truth_points, estimate_points);
   std::string svg = fmt::format(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0:.0f}\" height=\"{1:.0f}\" viewBox=\"0 0 {0:.0f} {1:.0f}\" "
       "font-family=\"sans-serif\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n",
       kWidth, kHeight);
-  constexpr double kTitleY = 26.0, kTitleSize = 16.0, kPercent = 100.0;
-  svg += io::SvgText(kTopView.left, kTitleY,
-                     fmt::format("ATE {:.3f} m RMSE, {:.3f} m max; {:.1f} % of the truth covered", errors.ate.rmse,
-                                 errors.ate.max, kPercent * errors.coverage),
-                     "start", kTitleSize);
-  svg += LegendEntry(kTopView.left, kTruthColor, "ground truth");
-  svg += LegendEntry(kTopView.left + 140.0, kEstimateColor, "estimate, aligned (dot: start)");
-  svg += panel.Axes("x [m]", "y [m]");
-  svg += Lines(panel, truth_points, kTruthColor, 2.5);
-  svg += Lines(panel, estimate_points, kEstimateColor, 1.5);
-  if (!estimate_points.empty()) svg += panel.Dot(estimate_points.front().x, estimate_points.front().y, kEstimateColor);
+  svg += Heading(errors, layers) + TopViewOf(estimate, truth, errors, layers);
   svg += ErrorOverTime(estimate, truth, errors.truth_from_estimate) + "</svg>\n";
   std::ofstream stream(path);
   stream << svg;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <string>
 
+#include "planar_vslam/io/trajectory.h"
 #include "stamp_text.h"
 #include "text_table.h"
 
@@ -100,17 +101,29 @@ std::optional<fs::path> OdometryFile(const fs::path& folder, const std::optional
 std::optional<Error> MissingExtrinsics(const FolderContents& contents) {
   const std::string file = contents.calibration_file.string();
   const Calibration& calibration = contents.calibration;
-  if (!contents.odometry.empty() && !calibration.T_base_camera.has_value()) {
+  if (!contents.odometry.empty() && !contents.has_base_transform()) {
     return Error{file +
                  ": key 'T_base_camera' is missing; expected where the camera is on the base the odometry is about"};
   }
   if (!contents.scans.has_value()) return std::nullopt;
-  for (const auto& [present, key] : {std::pair(calibration.T_base_camera.has_value(), "T_base_camera"),
+  for (const auto& [present, key] : {std::pair(contents.has_base_transform(), "T_base_camera"),
                                      std::pair(calibration.T_base_laser.has_value(), "T_base_laser"),
                                      std::pair(calibration.laser.has_value(), "laser")}) {
     if (!present) return Error{fmt::format("{}: key '{}' is missing; expected because there is a scan.csv", file, key)};
   }
   return std::nullopt;
+}
+
+// base_camera.txt: where the camera is on the base, for a head that moves.
+Expected<TransformBuffer> ReadHead(const fs::path& path) {
+  const Expected<Trajectory> poses = ReadTrajectory(path);
+  if (!poses) return poses.error();
+  if (poses->empty())
+    return Error{
+        fmt::format("{}: no poses; expected lines t x y z qx qy qz qw of the camera on the base", path.string())};
+  TransformBuffer head;
+  for (const StampedPose& pose : *poses) head.Push(pose.stamp, pose.T_map_base);
+  return head;
 }
 
 // images.csv or rgb.txt beside a calibration.yaml.
@@ -130,6 +143,11 @@ Expected<FolderContents> ReadListedFolder(const fs::path& folder, const char* im
     contents.odometry = std::move(*odometry);
   }
   if (fs::exists(folder / "scan.csv")) contents.scans = folder / "scan.csv";
+  if (fs::exists(folder / "base_camera.txt")) {
+    Expected<TransformBuffer> head = ReadHead(folder / "base_camera.txt");
+    if (!head) return head.error();
+    contents.head = std::move(*head);
+  }
   if (const auto missing = MissingExtrinsics(contents)) return *missing;
   return contents;
 }

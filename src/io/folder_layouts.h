@@ -8,6 +8,7 @@
 #include "calibration_file.h"
 #include "planar_vslam/geometry/expected.h"
 #include "planar_vslam/io/recording.h"
+#include "planar_vslam/sensor/buffers.h"
 #include "skip_log.h"
 
 namespace planar_vslam::io {
@@ -23,6 +24,9 @@ struct FolderContents {
   std::vector<ImageFile> images;               // increasing stamps
   std::vector<OdometryReading> odometry;       // increasing stamps
   std::optional<std::filesystem::path> scans;  // scan.csv
+  std::optional<TransformBuffer> head;         // T_base_camera over time; otherwise the calibration's holds
+
+  bool has_base_transform() const { return head.has_value() || calibration.T_base_camera.has_value(); }
 };
 
 bool IsFolderLayout(const std::filesystem::path& folder);

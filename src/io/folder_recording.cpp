@@ -56,6 +56,13 @@ Expected<std::optional<RecordedEvent>> FolderRecording::Next() {
 }
 
 std::optional<CameraFrame> FolderRecording::LoadImage(const ImageFile& file) {
+  const std::optional<Rigid3> T_base_camera = contents_.head.has_value()
+                                                  ? contents_.head->At(file.stamp)
+                                                  : contents_.calibration.T_base_camera.value_or(Rigid3{});
+  if (!T_base_camera.has_value()) {
+    skipped_.Count("image outside base_camera.txt", file.path.string());
+    return std::nullopt;
+  }
   if (!fs::is_regular_file(file.path)) {
     skipped_.Count("image file missing", file.path.string());
     return std::nullopt;
@@ -70,8 +77,7 @@ std::optional<CameraFrame> FolderRecording::LoadImage(const ImageFile& file) {
                                                         image->height, info_.camera.width, info_.camera.height));
     return std::nullopt;
   }
-  const Rigid3 T_base_camera = contents_.calibration.T_base_camera.value_or(Rigid3{});
-  return CameraFrame{ImageFrame{file.stamp, std::move(*image)}, T_base_camera};
+  return CameraFrame{ImageFrame{file.stamp, std::move(*image)}, *T_base_camera};
 }
 
 // Takes the image size from the first image that can be read, or checks it against the calibration.
@@ -113,7 +119,7 @@ Expected<std::unique_ptr<Recording>> OpenFolderRecording(const fs::path& folder,
   info.camera = contents->calibration.camera;
   info.has_odometry = !contents->odometry.empty();
   info.has_laser = scans != nullptr && scans->current().has_value();
-  info.has_base_transform = contents->calibration.T_base_camera.has_value();
+  info.has_base_transform = contents->has_base_transform();
   info.first_image = contents->images.front().stamp;
   info.last_image = contents->images.back().stamp;
   info.image_count = static_cast<long>(contents->images.size());

@@ -47,6 +47,20 @@ std::string GridLine(double x1, double y1, double x2, double y2) {
                      y2);
 }
 
+// The cells of one kind as rectangles, a run of a row each, in cells.
+std::string RunsOf(const OccupancyGrid2d& grid, std::int8_t value) {
+  std::string path;
+  for (int y = 0; y < grid.height; ++y) {
+    for (int x = 0; x < grid.width;) {
+      const int first = x;
+      while (x < grid.width && grid.At(x, y) == value) ++x;
+      if (x > first) path += fmt::format("M{0} {1}h{2}v1h-{2}z", first, y, x - first);
+      if (x == first) ++x;
+    }
+  }
+  return path;
+}
+
 }  // namespace
 
 SvgPanel::SvgPanel(const PixelBox& box, double x_min, double x_max, double y_min, double y_max, bool equal_axes)
@@ -100,6 +114,21 @@ std::string SvgPanel::Dot(double x, double y, const std::string& color) const {
   constexpr double kRadius = 4.0;  // px
   return fmt::format("<circle cx=\"{:.2f}\" cy=\"{:.2f}\" r=\"{:.1f}\" fill=\"{}\"/>\n", PixelX(x), PixelY(y), kRadius,
                      color);
+}
+
+std::string SvgPanel::Cells(const OccupancyGrid2d& grid, const Rigid2& T_panel_grid) const {
+  constexpr std::int8_t kFree = 0, kOccupied = 100;
+  const Rigid2 T_panel_corner = T_panel_grid * Rigid2(grid.origin.x(), grid.origin.y(), 0.0);
+  const double px = box_.width / (x_max_ - x_min_) * grid.resolution;  // of a cell
+  const double c = px * std::cos(T_panel_corner.angle), s = px * std::sin(T_panel_corner.angle);
+  const Eigen::Vector2d& t = T_panel_corner.translation;
+  return fmt::format(
+      "<svg x=\"{0:.2f}\" y=\"{1:.2f}\" width=\"{2:.2f}\" height=\"{3:.2f}\" viewBox=\"{0:.2f} {1:.2f} {2:.2f} "
+      "{3:.2f}\">\n<g transform=\"matrix({4:.6f} {5:.6f} {6:.6f} {7:.6f} {8:.2f} {9:.2f})\" "
+      "shape-rendering=\"crispEdges\">\n<path fill=\"#f1f4ec\" d=\"{10}\"/>\n<path fill=\"#3a3a3a\" "
+      "d=\"{11}\"/>\n</g></svg>\n",
+      box_.left, box_.top, box_.width, box_.height, c, -s, -s, -c, PixelX(t.x()), PixelY(t.y()), RunsOf(grid, kFree),
+      RunsOf(grid, kOccupied));
 }
 
 std::string SvgText(double x, double y, const std::string& text, const std::string& anchor, double size_px) {

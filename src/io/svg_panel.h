@@ -4,6 +4,9 @@
 #include <utility>
 #include <vector>
 
+#include "planar_vslam/geometry/rigid2.h"
+#include "planar_vslam/mapping2d/grid.h"
+
 namespace planar_vslam::io {
 
 // Rectangle of the picture in px.
@@ -21,6 +24,8 @@ class SvgPanel {
   std::string Axes(const std::string& x_label, const std::string& y_label) const;
   std::string Line(const std::vector<std::pair<double, double>>& points, const std::string& color, double width) const;
   std::string Dot(double x, double y, const std::string& color) const;
+  // The grid's known cells where the frame it is in lies at `T_panel_grid`; drawn as far as the box goes.
+  std::string Cells(const OccupancyGrid2d& grid, const Rigid2& T_panel_grid) const;
 
  private:
   double PixelX(double x) const { return box_.left + (x - x_min_) / (x_max_ - x_min_) * box_.width; }

@@ -2,46 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
+#include "parameter_reader.h"
 
 namespace planar_vslam::ros_face {
 namespace {
-
-// Reads the parameters of one node and remembers which there are.
-class ParameterReader {
- public:
-  ParameterReader(const ros::NodeHandle& node, std::vector<std::string>* problems) : node_(node), problems_(problems) {}
-
-  template <class T>
-  void Read(const std::string& name, const char* expected, T* value) {
-    known_.push_back(name);
-    if (!node_.hasParam(name) || node_.getParam(name, *value)) return;
-    problems_->push_back(fmt::format("{}: wrong type; expected {}", node_.resolveName(name), expected));
-  }
-  void RequirePositive(const std::string& name, double value) {
-    if (value > 0.0) return;
-    problems_->push_back(fmt::format("{}: is {}; expected a number over 0", node_.resolveName(name), value));
-  }
-
-  // A misspelt parameter must not be a default in disguise. Deeper names belong to plugins.
-  void RefuseUnknown() {
-    std::vector<std::string> names;
-    node_.getParamNames(names);
-    std::sort(names.begin(), names.end());
-    const std::string own = node_.getNamespace() + "/";
-    for (const std::string& name : names) {
-      if (name.rfind(own, 0) != 0) continue;
-      const std::string key = name.substr(own.size());
-      if (key.find('/') != std::string::npos || std::find(known_.begin(), known_.end(), key) != known_.end()) continue;
-      problems_->push_back(fmt::format("{}: no such parameter; expected one of {}", name, fmt::join(known_, ", ")));
-    }
-  }
-
- private:
-  const ros::NodeHandle& node_;
-  std::vector<std::string>* problems_;
-  std::vector<std::string> known_;
-};
 
 PipelineOptions ReadPipelineOptions(const std::string& config, const std::vector<std::string>& assignments,
                                     std::vector<std::string>* problems) {

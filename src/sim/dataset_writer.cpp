@@ -19,10 +19,10 @@ constexpr int kJpegQuality = 95;
 // The folder's text files, written line by line while the simulation runs.
 class Writer {
  public:
-  Writer(const fs::path& folder, bool head_moves) : folder_(folder) {
+  Writer(const fs::path& folder, bool head_moves, bool with_images) : folder_(folder) {
     if (head_moves)
       base_camera_ = Open("base_camera.txt", "# t x y z qx qy qz qw (camera optical in base_footprint)\n");
-    images_ = Open("images.csv", "#t,file\n");
+    if (with_images) images_ = Open("images.csv", "#t,file\n");
     odometry_ = Open("odometry.csv", "#t,x,y,theta,vx,vy,wz\n");
     scans_ = Open("scan.csv", "");
     base_truth_ = Open("groundtruth_base.txt", "# t x y z qx qy qz qw (base_footprint in world)\n");
@@ -37,7 +37,7 @@ class Writer {
   void operator()(const CameraFrame& frame) {
     const std::string name = fmt::format("images/{:06d}.jpg", counts_.images);
     const std::string stamp = Stamp(frame.image.stamp);
-    images_ << stamp << ',' << name << '\n';
+    if (images_.is_open()) images_ << stamp << ',' << name << '\n';
     base_truth_ << stamp << ' ' << Pose(event_->T_world_base) << '\n';
     camera_truth_ << stamp << ' ' << Pose(event_->T_world_camera) << '\n';
     if (base_camera_.is_open()) base_camera_ << stamp << ' ' << Pose(frame.T_base_camera) << '\n';
@@ -65,7 +65,8 @@ class Writer {
   // Flushes; the first thing that went wrong.
   Expected<DatasetCounts> Finish() {
     for (auto* file : {&images_, &odometry_, &scans_, &base_truth_, &camera_truth_, &base_camera_}) {
-      if (!file->is_open() && file == &base_camera_) continue;
+      const bool optional = file == &images_ || file == &base_camera_;
+      if (!file->is_open() && optional) continue;
       file->close();
       if (!*file && failed_.empty()) failed_ = folder_ / "images.csv or one of its companions";
     }
@@ -139,7 +140,7 @@ void DatasetCounts::Add(const SimulatedEvent& event) {
 Expected<DatasetCounts> WriteDataset(Simulation& simulation, const fs::path& folder,
                                      const std::function<void(const SimulatedEvent&)>& observer) {
   std::error_code failure;
-  fs::create_directories(folder / "images", failure);
+  fs::create_directories(simulation.renders() ? folder / "images" : folder, failure);
   if (failure) return Error{fmt::format("{}: cannot be created: {}", folder.string(), failure.message())};
   const World& world = simulation.world();
   const Expected<bool> calibration = WriteCalibration(world, folder / "calibration.yaml");
@@ -152,7 +153,7 @@ Expected<DatasetCounts> WriteDataset(Simulation& simulation, const fs::path& fol
     const Expected<bool> written = WriteTruthGrid(*grid, folder / name);
     if (!written) return written.error();
   }
-  Writer writer(folder, !world.head.motion.empty());
+  Writer writer(folder, !world.head.motion.empty(), simulation.renders());
   while (const std::optional<SimulatedEvent> event = simulation.Next()) {
     writer.Write(*event);
     if (observer) observer(*event);

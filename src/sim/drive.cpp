@@ -7,9 +7,7 @@
 #include <optional>
 #include <string>
 
-#include "planar_vslam/sim/floor.h"
-#include "planar_vslam/sim/scene.h"
-#include "planar_vslam/sim/solids.h"
+#include "planar_vslam/sim/obstacles.h"
 
 namespace planar_vslam {
 namespace {
@@ -133,38 +131,18 @@ class Follower {
   double turn_rate_ = 0.0;  // rad/s
 };
 
-// Who walks into the robot, or which way round.
-std::optional<std::string> FindEncounter(const World& world, const Rigid2& pose, double time) {
-  constexpr double kPerson = 0.25;  // m, radius
-  for (std::size_t i = 0; i < world.people.size(); ++i) {
-    const Vector2d person = WalkerAt(world.people[i], time).T_world_walker.translation;
-    if ((person - pose.translation).norm() < world.drive.robot_radius + kPerson) return fmt::format("people[{}]", i);
-  }
-  return std::nullopt;
-}
-
 // What the robot would touch along the way, if anything.
 std::optional<std::string> FindCollision(const World& world, const std::vector<Rigid2>& poses) {
   constexpr std::size_t kEvery = 10;  // poses; 2 cm at 0.4 m/s
-  constexpr double kUpright = 0.97;   // cosine of 14 degrees: more tilted, it fell off something
   const double radius = world.drive.robot_radius;
-  const std::vector<Prism> solids = MakeSolids(world.objects);
-  const Floor floor(world);
+  const Obstacles obstacles(world, radius);
   for (std::size_t i = 0; i < poses.size(); i += kEvery) {
+    const double time = static_cast<double>(i) * Drive::kStep;
+    const std::optional<std::string> touched = obstacles.Touched(poses[i], time);
+    if (!touched.has_value()) continue;
     const Vector2d& p = poses[i].translation;
-    std::string what;
-    const Vector2d room = world.room.size.head<2>();
-    if (std::min(p.minCoeff(), (room - p).minCoeff()) < radius) what = "a wall";
-    for (const Prism& solid : solids) {
-      if (!what.empty() || !solid.MeetsBand(kBodyLow, kBodyHigh) || Distance(p, solid.footprint) >= radius) continue;
-      what = fmt::format("objects[{}], a {}", solid.object,
-                         Name(world.objects[static_cast<std::size_t>(solid.object)].kind));
-    }
-    if (what.empty() && floor.Stand(poses[i]).R()(2, 2) < kUpright) what = "the edge of a ramp";
-    if (what.empty()) what = FindEncounter(world, poses[i], static_cast<double>(i) * Drive::kStep).value_or("");
-    if (what.empty()) continue;
     return fmt::format("the robot of radius {} m touches {} at [{:.2f}, {:.2f}] after {:.1f} s; expected a free way",
-                       radius, what, p.x(), p.y(), static_cast<double>(i) * Drive::kStep);
+                       radius, *touched, p.x(), p.y(), time);
   }
   return std::nullopt;
 }

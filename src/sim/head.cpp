@@ -23,11 +23,11 @@ Eigen::Vector2d WantedPanTilt(const HeadSpec& spec, double time) {
   return {last.pan + share * (next->pan - last.pan), last.tilt + share * (next->tilt - last.tilt)};
 }
 
-Head::Head(const HeadSpec& spec, const CameraSpec& camera, double duration)
-    : spec_(spec), T_base_camera_(camera.T_base_camera()) {
+Head::Head(const HeadSpec& spec, const CameraSpec& camera) : spec_(spec), T_base_camera_(camera.T_base_camera()) {
   if (spec.motion.empty() || spec.backlash == 0.0) return;
   // Play: the joint stays where it is until a flank of the gear pushes it on.
   const double play = 0.5 * spec.backlash;
+  const double duration = spec.period > 0.0 ? 2.0 * spec.period : spec.motion.back().time;
   Eigen::Vector2d angles = WantedPanTilt(spec, 0.0);
   for (int i = 0; i * kStep <= duration + kStep; ++i) {
     const Eigen::Vector2d wanted = WantedPanTilt(spec, i * kStep);
@@ -41,7 +41,10 @@ Rigid3 Head::ReportedCamera(double time) const { return CameraAt(WantedPanTilt(s
 
 Rigid3 Head::TrueCamera(double time) const {
   if (true_.empty()) return ReportedCamera(time);
-  const double position = std::clamp(time / kStep, 0.0, static_cast<double>(true_.size() - 1));
+  // Play settles within the first period.
+  const bool repeats = spec_.period > 0.0 && time > 2.0 * spec_.period;
+  const double known = repeats ? spec_.period + std::fmod(time, spec_.period) : time;
+  const double position = std::clamp(known / kStep, 0.0, static_cast<double>(true_.size() - 1));
   const auto i = std::min(static_cast<std::size_t>(position), true_.size() - 1);
   const std::size_t next = std::min(i + 1, true_.size() - 1);
   return CameraAt(true_[i] + (position - static_cast<double>(i)) * (true_[next] - true_[i]));

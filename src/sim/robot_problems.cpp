@@ -45,6 +45,15 @@ void CheckDrive(const World& world, const std::string& key, const DriveSpec& dri
   problems.Range(key + ".robot_radius", drive.robot_radius, 0.0, 2.0, "m");
 }
 
+void CheckLimits(const LimitsSpec& limits, Problems& problems) {
+  problems.Range("limits.speed", limits.speed, 0.01, 5.0, "m/s");
+  problems.Range("limits.sideways_speed", limits.sideways_speed, 0.01, 5.0, "m/s");
+  problems.Range("limits.acceleration", limits.acceleration, 0.01, 20.0, "m/s^2");
+  problems.Range("limits.turn_rate_deg", RadiansToDegrees(limits.turn_rate), 1.0, 720.0, "deg/s");
+  problems.Range("limits.turn_acceleration_deg", RadiansToDegrees(limits.turn_acceleration), 1.0, 7200.0, "deg/s^2");
+  problems.Range("limits.command_timeout", limits.command_timeout, 0.01, 60.0, "s");
+}
+
 void CheckCamera(const World& world, Problems& problems) {
   const CameraSpec& camera = world.camera;
   problems.Range("camera.size", camera.model.width, 8, kLargestImage, "px");
@@ -100,6 +109,7 @@ void CheckLaserAndOdometry(const World& world, Problems& problems) {
 void CheckRobot(const World& world, Problems& problems) {
   CheckDrive(world, "drive", world.drive, problems);
   if (world.repeat_drive.has_value()) CheckDrive(world, "repeat_drive", *world.repeat_drive, problems);
+  CheckLimits(world.limits, problems);
   CheckCamera(world, problems);
   CheckHead(world.head, problems);
   CheckLaserAndOdometry(world, problems);

@@ -50,21 +50,6 @@ OdometryReading WheelOdometer::Update(Timestamp stamp, const Rigid3& T_world_bas
   return {stamp, T_odom_base_};
 }
 
-std::vector<SlipSpec> DrawSlips(const RandomSlipSpec& spec, double duration, std::uint64_t seed) {
-  std::vector<SlipSpec> slips;
-  if (spec.rate == 0.0) return slips;
-  std::mt19937_64 generator(MixSeed(seed, RandomStream::kSlips));
-  std::exponential_distribution<double> pause(spec.rate / 60.0);
-  std::uniform_real_distribution<double> share(0.0, 1.0);
-  const auto within = [&](const Eigen::Vector2d& range) { return range[0] + share(generator) * (range[1] - range[0]); };
-  for (double at = pause(generator); at < duration; at += slips.back().duration + pause(generator)) {
-    const double lasts = within(spec.duration);
-    const bool spins = share(generator) < 0.5;
-    slips.push_back({at, lasts, within(spins ? spec.spinning : spec.skidding)});
-  }
-  return slips;
-}
-
 MountShake::MountShake(double standard_deviation, double interval, std::uint64_t seed)
     : standard_deviation_(standard_deviation), generator_(MixSeed(seed, RandomStream::kCameraShake)) {
   constexpr double kMemory = 0.3;  // s, after which a deflection is down to 1 / e

@@ -54,6 +54,16 @@ void ReadDrive(YamlFields fields, DriveSpec* drive) {
   fields.Finish();
 }
 
+void ReadLimits(YamlFields fields, LimitsSpec* limits) {
+  fields.Read("speed", &limits->speed);
+  fields.Read("sideways_speed", &limits->sideways_speed);
+  fields.Read("acceleration", &limits->acceleration);
+  ReadDegrees(fields, "turn_rate_deg", &limits->turn_rate);
+  ReadDegrees(fields, "turn_acceleration_deg", &limits->turn_acceleration);
+  fields.Read("command_timeout", &limits->command_timeout);
+  fields.Finish();
+}
+
 void ReadCamera(YamlFields fields, CameraSpec* camera) {
   CameraModel& model = camera->model;
   Eigen::Vector2d focal(model.fx, model.fy), center(model.cx, model.cy), size(model.width, model.height);

@@ -9,6 +9,7 @@ void ReadDegrees(YamlFields& fields, const std::string& key, double* radians);
 std::vector<Eigen::Vector2d> ReadPoints(YamlFields& fields, const std::string& key);
 
 void ReadDrive(YamlFields fields, DriveSpec* drive);
+void ReadLimits(YamlFields fields, LimitsSpec* limits);
 void ReadCamera(YamlFields fields, CameraSpec* camera);
 void ReadHead(YamlFields fields, HeadSpec* head);
 void ReadLaser(YamlFields fields, LaserSpec* laser);

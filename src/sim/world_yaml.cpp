@@ -249,6 +249,7 @@ World ReadWorld(const YAML::Node& root, YamlErrors* errors) {
     world.repeat_drive.emplace();
     sim::ReadDrive(section("repeat_drive"), &*world.repeat_drive);
   }
+  if (fields.Child("limits").IsDefined()) sim::ReadLimits(section("limits"), &world.limits);
   if (fields.Child("camera").IsDefined()) sim::ReadCamera(section("camera"), &world.camera);
   if (fields.Child("head").IsDefined()) sim::ReadHead(section("head"), &world.head);
   if (fields.Child("laser").IsDefined()) sim::ReadLaser(section("laser"), &world.laser);

@@ -28,7 +28,7 @@ const std::map<std::string, std::set<std::string>>& Graph() {
       {"io", {"pipeline"}},
       {"sim", {"sensor"}},
       {"cli", {"io", "sim"}},
-      {"ros", {"io"}},
+      {"ros", {"io", "sim"}},
   };
   return graph;
 }

@@ -191,6 +191,34 @@ TEST(Evaluation, JsonHoldsTheNumbersAndTheTableIsAligned) {
   EXPECT_NE(text.find("ATE                 1.3000    1.3000    1.3000    1.3000  m\n"), std::string::npos) << text;
 }
 
+TEST(Evaluation, AGivenTransformIsNotFitted) {
+  const Trajectory truth = Drive();
+  const Rigid3 T_truth_map = Embed3(Rigid2(1.0, -2.0, 0.4));
+  const Trajectory in_map = Moved(truth, T_truth_map.Inverse());
+  const Expected<TrajectoryErrors> errors = EvaluateTrajectory(in_map, truth, Similarity3{1.0, T_truth_map});
+  ASSERT_TRUE(errors.ok());
+  EXPECT_LT(errors->ate.max, 1e-9);
+  const Rigid3 T_off = Embed3(Rigid2(1.3, -2.0, 0.4));
+  EXPECT_NEAR(EvaluateTrajectory(in_map, truth, Similarity3{1.0, T_off})->ate.rmse, 0.3, 1e-9) << "the offset stays";
+}
+
+TEST(Evaluation, PlotShowsTheGridWhereTheAlignmentPutsIt) {
+  const test::TemporaryFolder folder;
+  const Trajectory truth = Drive();
+  PlotLayers layers;
+  layers.grid = OccupancyGrid2d{3, 2, 0.5, {-0.5, 0.0}, {0, 0, 100, -1, -1, 100}};
+  layers.beside = truth;
+  layers.beside_name = "odometry";
+  const TrajectoryErrors errors = Evaluated(truth, truth, EvaluationAlignment::kNone);
+  const auto path = folder.path() / "plot.svg";
+  ASSERT_TRUE(WriteSvgPlot(truth, truth, errors, path, layers).ok());
+  std::ifstream stream(path);
+  const std::string svg{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+  EXPECT_NE(svg.find("d=\"M0 0h2v1h-2z\""), std::string::npos) << "free cells, in a run";
+  EXPECT_NE(svg.find("d=\"M2 0h1v1h-1zM2 1h1v1h-1z\""), std::string::npos) << "occupied cells";
+  EXPECT_NE(svg.find(">odometry</text>"), std::string::npos);
+}
+
 TEST(Evaluation, PlotIsAClosedPictureOfFiniteNumbers) {
   const test::TemporaryFolder folder;
   const Trajectory truth = Drive();

@@ -68,6 +68,37 @@ TEST_F(DatasetFolder, EventsComeInTimeOrderWithTheirValues) {
   EXPECT_EQ(replay.scans[0].T_base_laser.translation.z(), 0.25);
 }
 
+TEST_F(DatasetFolder, AMovingHeadIsWhereBaseCameraTxtSays) {
+  WriteText(path() / "base_camera.txt",
+            "# t x y z qx qy qz qw\n0 0.1 0 1.0 -0.5 0.5 -0.5 0.5\n0.2 0.3 0 1.2 -0.5 0.5 -0.5 0.5\n");
+  WriteText(path() / "calibration.yaml",
+            std::string(kCamera) +
+                "T_base_laser: {t: [0, 0, 0.25], q_xyzw: [0, 0, 0, 1]}\nlaser: {angle_min: -1.5, "
+                "angle_increment: 0.5, beams: 3, range_max: 8.0}\n");
+  const Replay replay = Play(path());
+  EXPECT_EQ(replay.error, "");
+  EXPECT_TRUE(replay.info.has_base_transform) << "no other is needed";
+  ASSERT_EQ(replay.images.size(), 3U);
+  EXPECT_NEAR(replay.images[0].T_base_camera.translation.z(), 1.0, 1e-9);
+  EXPECT_NEAR(replay.images[1].T_base_camera.translation.x(), 0.2, 1e-9) << "between the lines";
+  EXPECT_NEAR(replay.images[2].T_base_camera.translation.x(), 0.3, 1e-9);
+  EXPECT_EQ(replay.skipped.at("image outside base_camera.txt"), 1) << "at 0.3 s nobody knows";
+}
+
+TEST_F(DatasetFolder, BadBaseCameraTxtIsNamedWithItsLine) {
+  const fs::path file = path() / "base_camera.txt";
+  WriteText(file, "# only a comment\n");
+  ExpectInError(OpenError(path()), {"base_camera.txt", "no poses", "expected"});
+  WriteText(file, "0 0.1 0 1.0 -0.5 0.5 -0.5\n");
+  ExpectInError(OpenError(path()), {"base_camera.txt:1", "7 fields", "expected 8"});
+  WriteText(file, "0 0.1 0 1.0 -0.5 0.5 -0.5 0.5\n0.1 nan 0 1.0 -0.5 0.5 -0.5 0.5\n");
+  ExpectInError(OpenError(path()), {"base_camera.txt:2", "finite"});
+  WriteText(file, "0 0.1 0 1.0 -0.5 0.5 -0.5 0.9\n");
+  ExpectInError(OpenError(path()), {"base_camera.txt:1", "quaternion"});
+  WriteText(file, "0.1 0.1 0 1.0 -0.5 0.5 -0.5 0.5\n0.1 0.1 0 1.0 -0.5 0.5 -0.5 0.5\n");
+  ExpectInError(OpenError(path()), {"base_camera.txt:2", "not later"});
+}
+
 TEST_F(DatasetFolder, WithoutWheelsAndBaseTheBaseIsTheCamera) {
   fs::remove(path() / "odometry.csv");
   fs::remove(path() / "scan.csv");

@@ -169,7 +169,7 @@ TEST(Head, TurnsTheCameraAboutTheNeck) {
   HeadSpec head;
   head.motion = {{0.0, 0.0, 0.0}, {2.0, 0.5, 0.0}, {4.0, 0.5, 0.3}};
   const CameraSpec camera;
-  const Head moving(head, camera, 10.0);
+  const Head moving(head, camera);
   const auto axis = [&](double time) { return moving.TrueCamera(time).rotation * Eigen::Vector3d::UnitZ(); };
   EXPECT_NEAR(std::atan2(axis(2.0).y(), axis(2.0).x()), 0.5, 1e-9) << "to the left";
   EXPECT_NEAR(std::asin(-axis(9.0).z()), camera.tilt_down + 0.3, 1e-9) << "down";
@@ -182,7 +182,7 @@ TEST(Head, PlayKeepsTheCameraBehindWhatIsReported) {
   HeadSpec head;
   head.motion = {{0.0, 0.0, 0.0}, {2.0, 0.5, 0.0}, {4.0, 0.0, 0.0}};
   head.backlash = 0.02;
-  const Head moving(head, CameraSpec(), 6.0);
+  const Head moving(head, CameraSpec());
   const auto behind = [&](double time) {
     return LogSo3(moving.ReportedCamera(time).rotation * moving.TrueCamera(time).rotation.conjugate()).z();
   };

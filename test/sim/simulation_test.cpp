@@ -146,6 +146,21 @@ TEST(Dataset, HasTheFilesOfTheLayout) {
   EXPECT_EQ(std::count(scan.begin(), scan.end(), ','), 541);
 }
 
+TEST(Dataset, WithoutImagesTheRestIsTheSame) {
+  const test::TemporaryFolder folder;
+  for (const bool render : {true, false}) {
+    SimulationOptions options;
+    options.until = 0.4;
+    options.render = render;
+    Simulation simulation = Simulation::Create(*ParseWorld(test::SmallWorldYaml(), "small.yaml"), options).value();
+    ASSERT_TRUE(WriteDataset(simulation, folder.path() / (render ? "all" : "rest")).ok());
+  }
+  const auto all = AllFiles(folder.path() / "all"), rest = AllFiles(folder.path() / "rest");
+  EXPECT_EQ(rest.count("images.csv"), 0u);
+  EXPECT_EQ(rest.size() + 6, all.size()) << "images.csv and five images";
+  for (const auto& [name, bytes] : rest) EXPECT_EQ(bytes, all.at(name)) << name;
+}
+
 TEST(Dataset, NamesTheFolderItCannotWrite) {
   const test::TemporaryFolder folder;
   std::ofstream(folder.path() / "file") << "in the way";

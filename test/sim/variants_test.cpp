@@ -19,17 +19,43 @@ World Shipped(const std::string& name) {
 }
 
 TEST(Variants, EveryShippedWorldStandsThemAllOnBothDrives) {
-  for (const char* name : {"mechatronics_lab", "south_hall", "chemistry_hall", "corridor_loop", "office"}) {
+  for (const char* name :
+       {"sample_lab", "mechatronics_lab", "south_hall", "chemistry_hall", "corridor_loop", "office"}) {
     for (const char* drive : {"mapping", "repeat"}) {
       const World world = ChooseDrive(Shipped(name), drive).value();
-      std::vector<std::string> variants = {"light=daylight", "glossy",   "bump",  "slip",
-                                           "occlusion",      "blackout", "kidnap"};
-      if (!world.ramp_objects.empty()) variants.emplace_back("ramp");
+      const std::vector<std::string> variants = {"light=daylight", "glossy",   "bump",   "slip",
+                                                 "occlusion",      "blackout", "kidnap", "ramp"};
       const Expected<World> changed = ApplyVariants(world, variants, 3);
       ASSERT_TRUE(changed.ok()) << changed.error().message;
       EXPECT_TRUE(FindProblems(*changed).empty()) << FindProblems(*changed)[0].key;
       const Expected<Drive> planned = PlanDrive(*changed);
       EXPECT_TRUE(planned.ok()) << planned.error().message;
+    }
+  }
+}
+
+// How high the base gets on its way, m, and how steep it stands, rad.
+std::pair<double, double> HighestAndSteepest(const World& world) {
+  const Drive drive = PlanDrive(world).value();
+  const Floor floor(world);
+  double highest = 0.0, steepest = 0.0;
+  for (double time = 0.0; time < drive.duration(); time += 0.05) {
+    const Rigid3 T_world_base = floor.Stand(drive.At(time));
+    highest = std::max(highest, T_world_base.translation.z());
+    steepest = std::max(steepest, std::acos(std::min(1.0, T_world_base.R()(2, 2))));
+  }
+  return {highest, steepest};
+}
+
+TEST(Variants, TheRampLeadsUpAtFiveDegreesInEveryWorld) {
+  for (const char* name :
+       {"sample_lab", "mechatronics_lab", "south_hall", "chemistry_hall", "corridor_loop", "office"}) {
+    const double height = std::string(name) == "sample_lab" ? 0.0875 : 0.2625;  // 1 m or 3 m of it
+    for (const char* drive : {"mapping", "repeat"}) {
+      const World world = ChooseDrive(Shipped(name), drive).value();
+      const auto [highest, steepest] = HighestAndSteepest(ApplyVariants(world, {"ramp"}, 1).value());
+      EXPECT_NEAR(highest, height, 0.01) << name << ", " << drive;
+      EXPECT_GT(steepest, DegreesToRadians(4.9)) << name << ", " << drive;
     }
   }
 }

@@ -1,11 +1,13 @@
 #pragma once
 // Trajectory errors against ground truth.
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "planar_vslam/geometry/alignment.h"
 #include "planar_vslam/geometry/expected.h"
 #include "planar_vslam/io/trajectory.h"
+#include "planar_vslam/mapping2d/grid.h"
 
 namespace planar_vslam {
 
@@ -36,11 +38,22 @@ struct TrajectoryErrors {
 // Truth gaps over 0.5 s are not interpolated across. Needs at least 3 pairs.
 Expected<TrajectoryErrors> EvaluateTrajectory(const Trajectory& estimate, const Trajectory& truth,
                                               EvaluationAlignment alignment);
+// Laid over the truth by a transform that is known from elsewhere.
+Expected<TrajectoryErrors> EvaluateTrajectory(const Trajectory& estimate, const Trajectory& truth,
+                                              const Similarity3& truth_from_estimate);
 
 std::string ToJson(const TrajectoryErrors& errors);
 std::string ToText(const TrajectoryErrors& errors);
+
+// What else a picture shows.
+struct PlotLayers {
+  std::optional<OccupancyGrid2d> grid;  // in the estimate's frame, below the trajectories
+  Trajectory beside;                    // another estimate, like odometry alone; may be empty
+  Similarity3 truth_from_beside;
+  std::string beside_name;
+};
 // Top view of both trajectories (estimate aligned) with axes in metres, and the error over time below.
 Expected<bool> WriteSvgPlot(const Trajectory& estimate, const Trajectory& truth, const TrajectoryErrors& errors,
-                            const std::filesystem::path& path);
+                            const std::filesystem::path& path, const PlotLayers& layers = {});
 
 }  // namespace planar_vslam

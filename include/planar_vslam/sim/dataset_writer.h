@@ -16,7 +16,8 @@ struct DatasetCounts {
   void Add(const SimulatedEvent& event);
 };
 
-// Runs the simulation to its end. Creates `folder`; files of these names in it are replaced.
+// Runs the simulation to its end. Creates `folder`; files of these names in it are replaced. A simulation that does not
+// render leaves out images.csv and images/.
 // Everything is also shown to `observer`, where there is one.
 Expected<DatasetCounts> WriteDataset(Simulation& simulation, const std::filesystem::path& folder,
                                      const std::function<void(const SimulatedEvent&)>& observer = {});

@@ -8,8 +8,7 @@ namespace planar_vslam {
 
 class Head {
  public:
-  // Moves for `duration` seconds, then rests.
-  Head(const HeadSpec& spec, const CameraSpec& camera, double duration);
+  Head(const HeadSpec& spec, const CameraSpec& camera);
 
   Rigid3 ReportedCamera(double time) const;  // T_base_camera as the robot believes it
   Rigid3 TrueCamera(double time) const;      // T_base_camera
@@ -18,8 +17,10 @@ class Head {
   Rigid3 CameraAt(const Eigen::Vector2d& pan_tilt) const;
 
   HeadSpec spec_;
-  Rigid3 T_base_camera_;               // at rest
-  std::vector<Eigen::Vector2d> true_;  // rad, pan and tilt at steps of time; none: as reported
+  Rigid3 T_base_camera_;  // at rest
+  // rad, pan and tilt at steps of time: of two periods, the second of which repeats; else up to the last pose, which
+  // holds. None: as reported.
+  std::vector<Eigen::Vector2d> true_;
 };
 
 // Pan and tilt in rad that the motion asks for, standing still at every pose.

@@ -26,6 +26,16 @@ struct DriveSpec {
   double robot_radius = 0.25;              // m, kept clear of everything
 };
 
+// What the base can do when velocity commands move it. Its kind and radius are the drive's.
+struct LimitsSpec {
+  double speed = 0.55;             // m/s, ahead and back
+  double sideways_speed = 0.35;    // m/s
+  double acceleration = 0.5;       // m/s^2, speeding up and slowing down
+  double turn_rate = 1.0;          // rad/s
+  double turn_acceleration = 2.0;  // rad/s^2
+  double command_timeout = 0.5;    // s without a command after which it stops
+};
+
 struct CameraSpec {
   CameraModel model{640, 480, 610.0, 610.0, 322.3, 238.6, 0.03, -0.09, 0.0, 0.0, 0.0};
   double rate = 10.0;                          // Hz

@@ -98,9 +98,6 @@ class WheelOdometer {
   Rigid2 T_odom_base_;   // measured, at the last call
 };
 
-// Slips at random times within `duration` seconds, in the order of time.
-std::vector<SlipSpec> DrawSlips(const RandomSlipSpec& spec, double duration, std::uint64_t seed);
-
 // Wobble of the camera's mount: independent, exponentially forgetting rotations about the camera's axes.
 class MountShake {
  public:

@@ -112,6 +112,7 @@ struct World {
   LightSpec light;
   DriveSpec drive;
   std::optional<DriveSpec> repeat_drive;  // another way through the same world
+  LimitsSpec limits;
   CameraSpec camera;
   HeadSpec head;
   LaserSpec laser;

@@ -1,0 +1,50 @@
+#pragma once
+// The simulated robot under somebody's control: commands in, measurements out, time in fixed steps. The same world,
+// seed and commands at the same steps give the same bytes.
+#include <memory>
+#include <optional>
+
+#include "planar_vslam/geometry/expected.h"
+#include "planar_vslam/sim/mobile_base.h"
+#include "planar_vslam/sim/sensor_rig.h"
+
+namespace planar_vslam {
+
+struct LiveOptions : SensorOptions {
+  std::optional<Rigid2> start;  // T_world_base; none: where the world's drive starts
+  bool follow_drive = false;    // follows the world's drive instead of commands, then rests
+};
+
+class LiveSimulation {
+ public:
+  // Errors are one line that names the world's file and key.
+  static Expected<LiveSimulation> Create(const World& world, const LiveOptions& options);
+
+  // From now on, until the next one or until the limits' command_timeout has passed. One that is not finite stops the
+  // robot.
+  void Command(const VelocityCommand& command);
+  // Drive::kStep later.
+  void Step();
+  // The next measurement that is due: SensorRig::lead() after its stamp. None: step on.
+  std::optional<SimulatedEvent> Next();
+
+  double now() const;           // s
+  BaseState base() const;       // without velocity where a drive is followed
+  Rigid3 T_world_base() const;  // now
+  bool drive_is_over() const;   // false where none is followed
+  const World& world() const { return rig_.world(); }
+
+ private:
+  LiveSimulation(const World& world, const LiveOptions& options, std::unique_ptr<PlannedMotion> planned);
+
+  SensorRig rig_;
+  Obstacles obstacles_;
+  BaseState base_;
+  DrivenMotion driven_;
+  std::unique_ptr<PlannedMotion> planned_;  // null: commands
+  VelocityCommand command_;
+  double commanded_at_ = 0.0;  // s
+  std::int64_t steps_ = 0;
+};
+
+}  // namespace planar_vslam

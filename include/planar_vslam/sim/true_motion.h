@@ -1,0 +1,61 @@
+#pragma once
+// Where the robot truly is at any time: along a planned drive, or wherever velocity commands have led it so far.
+#include <cstdint>
+#include <deque>
+#include <vector>
+
+#include "planar_vslam/sim/drive.h"
+#include "planar_vslam/sim/floor.h"
+#include "planar_vslam/sim/robot_spec.h"
+
+namespace planar_vslam {
+
+// What the sensors are carried by.
+class TrueMotion {
+ public:
+  virtual ~TrueMotion() = default;
+  Rigid3 At(double time) const { return At(time, time); }  // T_world_base
+  // T_world_base at `time` had nobody carried the robot after `carried_until`.
+  virtual Rigid3 At(double time, double carried_until) const = 0;
+  virtual bool Carried(double after, double until) const = 0;  // within (after, until]
+};
+
+// The drive on the floor it leads over, with the places the robot is carried to.
+class PlannedMotion : public TrueMotion {
+ public:
+  PlannedMotion(Drive drive, Floor floor, std::vector<KidnapSpec> kidnaps);
+
+  double duration() const { return duration_; }  // s; afterwards the robot rests
+  const Drive& drive() const { return drive_; }
+  using TrueMotion::At;
+  Rigid3 At(double time, double carried_until) const override;
+  bool Carried(double after, double until) const override;
+
+ private:
+  Drive drive_;
+  Floor floor_;
+  std::vector<KidnapSpec> kidnaps_;
+  double duration_;
+};
+
+// The last seconds of a way that is only known up to now. Nobody carries the robot.
+class DrivenMotion : public TrueMotion {
+ public:
+  static constexpr double kMemory = 3.0;  // s, longer than any sensor looks back
+
+  DrivenMotion(Floor floor, const Rigid2& start) : floor_(std::move(floor)), poses_{start} {}
+
+  // Where the robot is Drive::kStep after the last pose.
+  void Append(const Rigid2& T_world_base);
+  double now() const { return Drive::kStep * static_cast<double>(last_); }  // s, of the last pose
+  using TrueMotion::At;
+  Rigid3 At(double time, double carried_until) const override;
+  bool Carried(double /*after*/, double /*until*/) const override { return false; }
+
+ private:
+  Floor floor_;
+  std::deque<Rigid2> poses_;
+  std::int64_t last_ = 0;  // number of the last pose
+};
+
+}  // namespace planar_vslam

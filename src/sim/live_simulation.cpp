@@ -1,0 +1,77 @@
+#include "planar_vslam/sim/live_simulation.h"
+
+#include <fmt/format.h>
+
+namespace planar_vslam {
+namespace {
+
+// Why the robot cannot be put where it shall start.
+std::optional<Error> FindStartProblem(const World& world, const Rigid2& start) {
+  const std::optional<std::string> touched = Obstacles(world, world.drive.robot_radius).Touched(start, 0.0);
+  if (!touched.has_value()) return std::nullopt;
+  return Error{fmt::format("{}: start: the robot of radius {} m touches {} at [{:.2f}, {:.2f}]; expected free floor",
+                           world.source, world.drive.robot_radius, *touched, start.translation.x(),
+                           start.translation.y())};
+}
+
+}  // namespace
+
+Expected<LiveSimulation> LiveSimulation::Create(const World& world, const LiveOptions& options) {
+  const std::vector<WorldProblem> problems = FindProblems(world);
+  if (!problems.empty()) return Error{fmt::format("{}: {}: {}", world.source, problems[0].key, problems[0].message)};
+  if (!options.follow_drive) {
+    if (!world.events.kidnaps.empty())
+      return Error{fmt::format("{}: events.kidnaps: expected none without a drive to follow", world.source)};
+    if (auto problem = FindStartProblem(world, options.start.value_or(world.drive.start))) return *std::move(problem);
+    return LiveSimulation(world, options, nullptr);
+  }
+  if (options.start.has_value()) return Error{"start: expected none beside a drive to follow, which has its own"};
+  Expected<Drive> drive = PlanDrive(world);
+  if (!drive) return drive.error();
+  return LiveSimulation(world, options,
+                        std::make_unique<PlannedMotion>(std::move(*drive), Floor(world), world.events.kidnaps));
+}
+
+LiveSimulation::LiveSimulation(const World& world, const LiveOptions& options, std::unique_ptr<PlannedMotion> planned)
+    : rig_(world, options),
+      obstacles_(world, world.drive.robot_radius),
+      driven_(Floor(world), options.start.value_or(world.drive.start)),
+      planned_(std::move(planned)) {
+  base_.T_world_base = options.start.value_or(world.drive.start);
+}
+
+void LiveSimulation::Command(const VelocityCommand& command) {
+  command_ = command.IsFinite() ? command : VelocityCommand();
+  commanded_at_ = now();
+}
+
+void LiveSimulation::Step() {
+  ++steps_;
+  if (planned_ != nullptr) return;
+  const World& world = rig_.world();
+  const bool silent = now() - commanded_at_ > world.limits.command_timeout;
+  base_ = StepBase(world.limits, world.drive.base, obstacles_, base_, silent ? VelocityCommand() : command_, now(),
+                   Drive::kStep);
+  driven_.Append(base_.T_world_base);
+}
+
+std::optional<SimulatedEvent> LiveSimulation::Next() {
+  const double due = now() - rig_.lead();
+  if (due < 0.0) return std::nullopt;
+  if (planned_ != nullptr) return rig_.Next(*planned_, due);
+  return rig_.Next(driven_, due);
+}
+
+double LiveSimulation::now() const { return Drive::kStep * static_cast<double>(steps_); }
+
+BaseState LiveSimulation::base() const {
+  BaseState state = base_;
+  if (planned_ != nullptr) state.T_world_base = ProjectToPlane(T_world_base());
+  return state;
+}
+
+Rigid3 LiveSimulation::T_world_base() const { return planned_ != nullptr ? planned_->At(now()) : driven_.At(now()); }
+
+bool LiveSimulation::drive_is_over() const { return planned_ != nullptr && now() >= planned_->duration(); }
+
+}  // namespace planar_vslam

@@ -1,0 +1,68 @@
+#include "planar_vslam/sim/obstacles.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "planar_vslam/sim/scene.h"
+
+namespace planar_vslam {
+namespace {
+
+constexpr double kPersonRadius = 0.25;  // m
+
+Eigen::Vector2d PlaceOf(const PersonSpec& person, double time) {
+  return WalkerAt(person, time).T_world_walker.translation;
+}
+
+}  // namespace
+
+Obstacles::Obstacles(const World& world, double radius) : world_(world), radius_(radius), floor_(world) {
+  for (Prism& solid : MakeSolids(world.objects)) {
+    if (solid.MeetsBand(kBodyLow, kBodyHigh)) solids_.push_back(std::move(solid));
+  }
+}
+
+std::optional<std::string> Obstacles::Touched(const Rigid2& T_world_base, double time) const {
+  const Eigen::Vector2d& at = T_world_base.translation;
+  const Nearest nearest = FindNearest(at, time);
+  if (nearest.clearance < 0.0) return NameOf(nearest, at, time);
+  if (Falls(T_world_base)) return "the edge of a ramp";
+  return std::nullopt;
+}
+
+double Obstacles::Clearance(const Eigen::Vector2d& at, double time) const { return FindNearest(at, time).clearance; }
+
+bool Obstacles::Falls(const Rigid2& T_world_base) const {
+  constexpr double kUpright = 0.97;  // cosine of 14 degrees
+  return floor_.Stand(T_world_base).R()(2, 2) < kUpright;
+}
+
+Obstacles::Nearest Obstacles::FindNearest(const Eigen::Vector2d& at, double time) const {
+  const Eigen::Vector2d room = world_.room.size.head<2>();
+  Nearest nearest{std::min(at.minCoeff(), (room - at).minCoeff()) - radius_, kWall};
+  for (std::size_t i = 0; i < solids_.size(); ++i) {
+    const double clearance = Distance(at, solids_[i].footprint) - radius_;
+    if (clearance < nearest.clearance) nearest = {clearance, static_cast<int>(i)};
+  }
+  for (const PersonSpec& person : world_.people) {
+    const double clearance = (PlaceOf(person, time) - at).norm() - radius_ - kPersonRadius;
+    if (clearance < nearest.clearance) nearest = {clearance, kPerson};
+  }
+  return nearest;
+}
+
+std::string Obstacles::NameOf(const Nearest& nearest, const Eigen::Vector2d& at, double time) const {
+  if (nearest.solid == kWall) return "a wall";
+  if (nearest.solid == kPerson) {
+    const auto distance = [&](const PersonSpec& person) { return (PlaceOf(person, time) - at).norm(); };
+    const auto person =
+        std::min_element(world_.people.begin(), world_.people.end(),
+                         [&](const PersonSpec& a, const PersonSpec& b) { return distance(a) < distance(b); });
+    return fmt::format("people[{}]", person - world_.people.begin());
+  }
+  const int object = solids_[static_cast<std::size_t>(nearest.solid)].object;
+  return fmt::format("objects[{}], a {}", object, Name(world_.objects[static_cast<std::size_t>(object)].kind));
+}
+
+}  // namespace planar_vslam
