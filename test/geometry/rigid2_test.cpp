@@ -69,6 +69,16 @@ TEST(Rigid2, ExpIsTheLimitOfManySmallSteps) {
   ExpectNear(T, ExpSe2(xi), 1e-6);
 }
 
+TEST(Rigid2, AdjointCarriesAMotionAcrossAPose) {
+  const Eigen::Vector3d d(0.01, -0.02, 0.03);
+  for (const double angle : {0.0, 0.7, -2.5, M_PI}) {
+    const Rigid2 T(1.5, -0.4, angle);
+    const Rigid2 after = T * ExpSe2(d), before = ExpSe2(AdjointSe2(T) * d) * T;
+    EXPECT_LT((after.translation - before.translation).norm(), 1e-12);
+    EXPECT_NEAR(WrapAngle(after.angle - before.angle), 0.0, 1e-12);
+  }
+}
+
 TEST(Rigid2, InterpolationMeetsBothEndsAndTakesTheShortWayAcrossPi) {
   const Rigid2 T_a(1.0, 2.0, M_PI - 0.1);
   const Rigid2 T_b(1.5, 2.5, -M_PI + 0.1);

@@ -107,9 +107,12 @@ TEST_F(EndToEnd, MetricTrajectoryAndMapFromOdometrySeededStart) {
   const TrajectoryErrors errors = Errors(out / "trajectory.txt");
   EXPECT_LE(errors.ate.rmse, 0.05);
   EXPECT_LE(std::abs(errors.scale_error), 0.02);
+  ASSERT_TRUE(run.report.map_scale.fused.has_value());
+  EXPECT_LE(run.report.map_scale.fused->sigma, 0.01);
+  EXPECT_TRUE(run.report.scale_known_after.has_value());
   EXPECT_GE(errors.coverage, 0.98);
-  for (const char* name : {"trajectory.txt", "trajectory_live.txt", "status.csv", "keyframes.txt", "map.pvm", "map.pgm",
-                           "map.yaml", "map.bt", "points.pcd", "report.json"}) {
+  for (const char* name : {"trajectory.txt", "trajectory_live.txt", "covariance_live.csv", "status.csv",
+                           "keyframes.txt", "map.pvm", "map.pgm", "map.yaml", "map.bt", "points.pcd", "report.json"}) {
     EXPECT_TRUE(fs::is_regular_file(out / name)) << name;
   }
 }
@@ -117,14 +120,16 @@ TEST_F(EndToEnd, MetricTrajectoryAndMapFromOdometrySeededStart) {
 TEST_F(EndToEnd, ScaleIsRecoveredFromAVisualStart) {
   PipelineOptions options;
   options.initializer.mode = InitializationMode::kVisual;
-  options.scale.keyframes = 10;
-  const fs::path out = folder_->path() / "visual";
-  const Outcome run = Run(options, out);
-  ASSERT_NE(run.map, nullptr);
-  ASSERT_TRUE(run.report.scale.has_value());
-  EXPECT_TRUE(run.map->metric);
-  EXPECT_LE(std::abs(Errors(out / "trajectory.txt").scale_error), 0.02);
-  EXPECT_TRUE(fs::is_regular_file(out / "scale_cameras.txt"));
+  for (const int keyframes : {0, 10}) {  // by its standard deviation, and the paper's count
+    options.scale.keyframes = keyframes;
+    const fs::path out = folder_->path() / ("visual_" + std::to_string(keyframes));
+    const Outcome run = Run(options, out);
+    ASSERT_NE(run.map, nullptr);
+    ASSERT_TRUE(run.report.scale.has_value()) << run.result.frames.back().waiting_for;
+    EXPECT_TRUE(run.map->metric);
+    EXPECT_LE(std::abs(Errors(out / "trajectory.txt").scale_error), 0.02);
+    EXPECT_TRUE(fs::is_regular_file(out / "scale_cameras.txt"));
+  }
 }
 
 TEST_F(EndToEnd, TwoRunsInOneProcessGiveTheSameBytes) {

@@ -184,6 +184,9 @@ TEST(PipelineOptions, ProblemsNameSectionAndField) {
   ExpectMentions(problem("odometry_noise.along_per_sqrt_meter=-1"), {"odometry_noise", "along_per_sqrt_meter"});
   ExpectMentions(problem("mapping2d.resolution=0"), {"mapping2d", "resolution"});
   ExpectMentions(problem("scale.keyframes=1"), {"scale", "keyframes"});
+  ExpectMentions(problem("scale.max_sigma=0"), {"scale", "max_sigma"});
+  ExpectMentions(problem("mount.sigma_angle_deg=0"), {"mount", "sigma_angle_deg"});
+  ExpectMentions(problem("mapper.young_map=-1"), {"mapper", "young_map"});
   ExpectMentions(problem("odometry=off"), {"init", "visual"});
   ExpectMentions(problem("bundle.pixel_sigma=.nan"), {"bundle", "pixel_sigma"});
 }

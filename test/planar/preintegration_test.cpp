@@ -175,6 +175,18 @@ TEST(Compose, StandingStillChangesNothing) {
   ExpectSame(Compose(moved, still), moved);
 }
 
+TEST(Inflate, TakesTheMissedMotionForStandardDeviation) {
+  PreintegratedOdometry step;
+  step.T_i_j = Rigid2(0.2, 0.0, 0.4);
+  step.covariance = 1e-6 * Eigen::Matrix3d::Identity();
+  const PreintegratedOdometry inflated = Inflate(step, {0.03, -0.04, 0.1});
+  EXPECT_NEAR(inflated.covariance(0, 0), 0.0025, 1e-5);
+  EXPECT_NEAR(inflated.covariance(1, 1), 0.0025, 1e-5);
+  EXPECT_NEAR(inflated.covariance(2, 2), 0.01, 1e-5);
+  EXPECT_EQ(inflated.T_i_j.angle, step.T_i_j.angle);
+  EXPECT_EQ(Inflate(step, Eigen::Vector3d::Zero()).covariance, step.covariance);
+}
+
 TEST(LiftedCovariance, IsPositiveDefiniteAndSymmetric) {
   const OdometryNoise noise;
   const std::vector<OdometryReading> readings = ThreeArcs(20, Rigid2());

@@ -122,6 +122,31 @@ TEST_F(ScanMatchingTest, AlongACorridorItClaimsNothing) {
   EXPECT_LT(std::abs(match->T_reference_current.translation.x() - 0.27), 0.05) << "stays near the guess";
 }
 
+// Round pillars seen from the front only: taken for flat, their front would push the robot at them.
+TEST_F(ScanMatchingTest, PillarsInACorridorDoNotPushForward) {
+  std::vector<Segment> walls = Corridor();
+  for (const Eigen::Vector2d& center : {Eigen::Vector2d(2.5, 0.6), Eigen::Vector2d(4.0, -0.6)}) {
+    std::vector<Eigen::Vector2d> corners;
+    constexpr int kSides = 48;
+    constexpr double kRadius = 0.3;
+    for (int k = 0; k < kSides; ++k) {
+      const double angle = 2.0 * M_PI * k / kSides;
+      corners.emplace_back(center + kRadius * Eigen::Vector2d(std::cos(angle), std::sin(angle)));
+    }
+    const std::vector<Segment> pillar = Closed(corners);
+    walls.insert(walls.end(), pillar.begin(), pillar.end());
+  }
+  double sum = 0.0;
+  constexpr int kTrials = 20;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    const Rigid2 T_a_b(0.5, 0.0, 0.0), guess(0.5 + Uniform(0.05), Uniform(0.05), Uniform(0.02));
+    const auto match = MatchScans(Prepared(walls, Rigid2()), Prepared(walls, T_a_b), guess, options_);
+    ASSERT_TRUE(match.has_value());
+    sum += match->T_reference_current.translation.x() - 0.5;
+  }
+  EXPECT_LT(std::abs(sum / kTrials), 0.004);
+}
+
 TEST_F(ScanMatchingTest, SaysNothingWhereSweepsDoNotOverlap) {
   const std::vector<Segment> elsewhere = Closed({{-1, -4}, {0.4, -4}, {1.5, 0}, {0.2, 2.2}, {-0.9, 0.3}});
   EXPECT_FALSE(MatchScans(Prepared(Room(), Rigid2()), Prepared(elsewhere, Rigid2()), Rigid2(), options_).has_value());

@@ -1,7 +1,11 @@
 #pragma once
 // Motion of the base between two laser sweeps: point-to-line ICP (Censi, 2008, with a robust kernel in place of its
-// trimming). For current points q_k, and the reference surface (point s, unit normal n) nearest to T q_k:
-//   e_k = n^T (T q_k - s),   T <- T Exp(d):  de_k/dd = n^T R [ I, J q_k ],  J = [0 -1; 1 0]
+// trimming), made symmetric (Rusinkiewicz, 2019). Every point stands for its surface: the mean q_k of its
+// neighbourhood, with a normal m_k. For the reference surface (mean s, normal n) nearest to T q_k:
+//   e_k = u^T (T q_k - s),  u = (n + R m_k) / |n + R m_k|,   T <- T Exp(d):  de_k/dd = u^T R [ I, J q_k ],
+//   J = [0 -1; 1 0], u held fixed in a step.
+// Means and both normals make a round pillar, of which each sweep sees the front, no obstacle to being right: the
+// curvature enters both surfaces alike and cancels.
 // minimised with Tukey weights. Covariance of a right perturbation [x, y, angle] at the result:
 //   C = kCorrelated * sigma^2 (sum w_k g_k g_k^T)^-1,  g_k = de_k/dd,  sigma the larger of the beams' and the
 //   residuals';
