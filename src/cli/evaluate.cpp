@@ -52,8 +52,6 @@ Expected<TrajectoryErrors> ErrorsOf(const EvaluateArguments& arguments, const Tr
                                     const Trajectory& truth) {
   const std::vector<double>& t = arguments.transform;
   if (t.empty()) return EvaluateTrajectory(estimate, truth, Alignments().at(arguments.alignment));
-  if (!std::isfinite(t[0]) || !std::isfinite(t[1]) || !std::isfinite(t[2]))
-    return Error{"--transform: expected three finite numbers x,y,yaw"};
   return EvaluateTrajectory(estimate, truth, Similarity3{1.0, Embed3(Rigid2(t[0], t[1], t[2]))});
 }
 
@@ -80,6 +78,9 @@ Expected<PlotLayers> ReadLayers(const EvaluateArguments& arguments, const Trajec
 }
 
 int Evaluate(const EvaluateArguments& arguments) {
+  for (const double number : arguments.transform) {
+    if (!std::isfinite(number)) return Fail(kExitBadInput, "--transform: expected three finite numbers x,y,yaw");
+  }
   Expected<Trajectory> estimate = ReadTrajectory(arguments.estimate);
   if (!estimate) return Fail(kExitBadInput, estimate.error().message);
   const Expected<Trajectory> truth = ReadTrajectory(arguments.groundtruth);

@@ -135,6 +135,30 @@ TEST(CommandErrors, NameAnUnknownCommand) { ExpectBadInput("fly", {"fly", "--hel
 
 TEST(CommandErrors, AskForACommand) { ExpectBadInput("", {"command", "--help"}); }
 
+TEST(CommandErrors, EvaluateNamesWhatItCannotPlaceOrDraw) {
+  const test::TemporaryFolder folder;
+  const std::string poses = (folder.path() / "poses.txt").string();
+  std::ofstream(poses) << "0 0 0 0 0 0 0 1\n0.1 1 0 0 0 0 0 1\n0.2 2 0 0 0 0 0 1\n0.3 2 1 0 0 0 0 1\n";
+  const std::string evaluate = "evaluate --estimate " + poses + " --groundtruth " + poses + " ";
+  const std::string plot = "--plot " + (folder.path() / "plot.svg").string();
+  EXPECT_EQ(RunCommand(evaluate + "--transform=0,0,0 " + plot + " --beside " + poses).exit_code, 0);
+  ExpectBadInput(evaluate + "--transform=0,nan,0", {"--transform", "finite"});
+  ExpectBadInput(evaluate + "--transform=0,0", {"--transform"});
+  ExpectBadInput(evaluate + "--transform=0,0,0 --align se2", {"--transform", "--align"});
+  ExpectBadInput(evaluate + "--grid map.yaml", {"--grid", "--plot"});
+  ExpectBadInput(evaluate + plot + " --grid /nowhere/map.yaml", {"/nowhere/map.yaml"});
+  ExpectBadInput(evaluate + plot + " --beside /nowhere/odometry.txt", {"/nowhere/odometry.txt"});
+}
+
+TEST(CommandErrors, SimulateNamesWhatItDoesNotKnow) {
+  const test::TemporaryFolder folder;
+  const std::string out = " --out " + (folder.path() / "drive").string();
+  ExpectBadInput("simulate castle" + out, {"castle", "expected a world file"});
+  ExpectBadInput("simulate sample_lab --drive detour" + out, {"detour", "expected mapping or repeat"});
+  ExpectBadInput("simulate sample_lab --variant fog" + out, {"fog", "expected one of"});
+  ExpectBadInput("simulate sample_lab", {"--out"});
+}
+
 TEST(CommandErrors, HelpIsNoError) {
   for (const char* arguments : {"--help", "run --help"}) {
     const Outcome outcome = RunCommand(arguments);
