@@ -13,7 +13,7 @@
 #include "planar_vslam/io/trajectory.h"
 #include "planar_vslam/map/map_file.h"
 #include "planar_vslam/pipeline/navigation_map.h"
-#include "planar_vslam/pipeline/options.h"
+#include "session_options.h"
 
 namespace planar_vslam {
 namespace {
@@ -117,6 +117,7 @@ int Check(const fs::path& path) {
 
 struct ExportArguments {
   fs::path map, pcd, ply, tum, octomap, pgm, yaml, config;
+  std::vector<std::string> assignments;  // key=value, over the configuration
 
   bool wants_grid() const { return !pgm.empty() || !yaml.empty(); }
   fs::path YamlPath() const { return yaml.empty() ? fs::path(pgm).replace_extension(".yaml") : yaml; }
@@ -170,11 +171,8 @@ Expected<bool> WriteExports(const SavedMap& saved, const ExportArguments& argume
 int Export(const ExportArguments& arguments) {
   const std::string problem = ProblemOf(arguments);
   if (!problem.empty()) return Fail(kExitBadInput, problem);
-  Expected<PipelineOptions> options{PipelineOptions{}};
-  if (!arguments.config.empty()) options = LoadOptions(arguments.config);
+  const Expected<PipelineOptions> options = ReadOptions(arguments.config, arguments.assignments, "");
   if (!options) return Fail(kExitBadInput, options.error().message);
-  const std::vector<std::string> invalid = options->mapping2d.Problems();
-  if (!invalid.empty()) return Fail(kExitBadInput, fmt::format("mapping2d: {}", fmt::join(invalid, "; ")));
   const Expected<SavedMap> saved = LoadMapFile(arguments.map);
   if (!saved) return Fail(kExitBadInput, saved.error().message);
   const Expected<bool> written = WriteExports(*saved, arguments, options->mapping2d);
@@ -216,6 +214,7 @@ void AddExport(CLI::App& map, int* exit_code) {
   command->add_option("--pgm", arguments->pgm, "Occupancy grid for map_server and its .yaml beside it");
   command->add_option("--yaml", arguments->yaml, "The same, by the name of the .yaml");
   command->add_option("--config", arguments->config, "YAML configuration, of which mapping2d counts");
+  command->add_option("--set", arguments->assignments, "Override one configuration value: key=value");
   command->callback([arguments, exit_code] { *exit_code = Export(*arguments); });
 }
 
