@@ -1,12 +1,16 @@
-// The only file that includes PCL.
 #include <pcl/filters/radius_outlier_removal.h>
 #include <pcl/io/pcd_io.h>
 #include <pcl/point_types.h>
+#include <pcl/search/kdtree.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <fstream>
+#include <map>
 
 #include "planar_vslam/mapping2d/map_builder.h"
 
@@ -69,6 +73,56 @@ Expected<bool> WritePly(const std::vector<CloudPoint>& cloud, const std::filesys
   file.close();
   if (!file) return CannotWrite(path);
   return true;
+}
+
+std::vector<CloudPoint> VoxelFiltered(const std::vector<CloudPoint>& cloud, double size) {
+  PV_CHECK(size > 0.0, "size=" << size);
+  std::map<std::array<long, 3>, std::size_t> index_of_cube;
+  std::vector<CloudPoint> filtered;
+  std::vector<float> counts;
+  for (const CloudPoint& point : cloud) {
+    const Eigen::Array3d at = (point.position.cast<double>().array() / size).floor();
+    const std::array<long, 3> cube = {std::lround(at.x()), std::lround(at.y()), std::lround(at.z())};
+    const auto [entry, is_new] = index_of_cube.try_emplace(cube, filtered.size());
+    if (is_new) filtered.emplace_back(), counts.push_back(0.0F);
+    CloudPoint& sum = filtered[entry->second];
+    sum.position += point.position;
+    sum.normal += point.normal;
+    sum.intensity += point.intensity;
+    counts[entry->second] += 1.0F;
+  }
+  for (std::size_t i = 0; i < filtered.size(); ++i) {
+    filtered[i].position /= counts[i];
+    filtered[i].normal.normalize();
+  }
+  return filtered;
+}
+
+void EstimateNormals(double radius, std::vector<CloudPoint>* cloud) {
+  PV_CHECK(radius > 0.0, "radius=" << radius);
+  if (cloud->empty()) return;
+  const auto points = pcl::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
+  for (const CloudPoint& p : *cloud) points->push_back({p.position.x(), p.position.y(), p.position.z()});
+  pcl::search::KdTree<pcl::PointXYZ> tree;
+  tree.setInputCloud(points);
+  std::vector<int> neighbors;
+  std::vector<float> squared_distances;
+  constexpr std::size_t kFewest = 5;  // the point itself among them
+  for (std::size_t i = 0; i < cloud->size(); ++i) {
+    tree.radiusSearch((*points)[i], radius, neighbors, squared_distances);
+    if (neighbors.size() < kFewest) continue;
+    Eigen::Vector3f mean = Eigen::Vector3f::Zero();
+    for (const int n : neighbors) mean += (*cloud)[static_cast<std::size_t>(n)].position;
+    mean /= static_cast<float>(neighbors.size());
+    Eigen::Matrix3f spread = Eigen::Matrix3f::Zero();
+    for (const int n : neighbors) {
+      const Eigen::Vector3f d = (*cloud)[static_cast<std::size_t>(n)].position - mean;
+      spread += d * d.transpose();
+    }
+    const Eigen::Vector3f normal = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3f>(spread).eigenvectors().col(0);
+    Eigen::Vector3f& seen_from = (*cloud)[i].normal;
+    seen_from = normal.dot(seen_from) < 0.0F ? -normal : normal;
+  }
 }
 
 std::vector<int> RadiusInliers(const std::vector<Eigen::Vector3d>& points, double radius, int min_neighbors) {

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "grid_raster.h"
+#include "level_fan.h"
 #include "occupancy_layer.h"
 #include "octomap_file.h"
 
@@ -36,31 +37,53 @@ void Sight(const PosedPoints& points, const MapBuilderOptions& options, Sighting
     if (free_distance > 0.0) sighting->AddFreeRay(camera, camera + ray * (free_distance / distance));
     const bool above_floor =
         point.p_map.z() > options.floor_tolerance + 2.0 * HeightSigma(ray, point.depth_sigma, options);
-    if (above_floor && distance <= options.visual_range) {
+    if (above_floor && distance <= options.visual_range && point.depth_sigma <= options.visual_hit_sigma) {
       sighting->AddHit(point.p_map, ShareInVoxel(point.depth_sigma, options.resolution));
     }
   }
 }
 
-void Sight(const PosedScan& scan, const MapBuilderOptions& options, Sighting* sighting) {
+// The beams' directions, from `origin`, and what they measured.
+struct Beams {
+  Eigen::Vector3d origin;
+  std::vector<std::pair<Eigen::Vector3d, double>> beams;
+};
+Beams BeamsOf(const PosedScan& scan) {
   PV_CHECK(scan.ranges != nullptr && scan.T_map_laser.translation.allFinite(), "no ranges, or no pose");
-  const double limit = std::min(scan.range_max, options.laser_range);
   const Eigen::Matrix3d R_map_laser = scan.T_map_laser.R();
-  Eigen::Vector3d origin = scan.T_map_laser.translation;
+  Beams result{scan.T_map_laser.translation, {}};
   const bool level = scan.level_height.has_value();
-  if (level) origin.z() = *scan.level_height;
+  if (level) result.origin.z() = *scan.level_height;
+  result.beams.reserve(scan.ranges->size());
   for (std::size_t i = 0; i < scan.ranges->size(); ++i) {
     const double range = (*scan.ranges)[i];
-    if (range < scan.range_min || range <= 0.0) continue;  // too close to measure: says nothing
+    if (!(range >= scan.range_min) || range <= 0.0) continue;  // too close to measure, or not a number: says nothing
     const double angle = scan.angle_min + static_cast<double>(i) * scan.angle_increment;
     Eigen::Vector3d direction = R_map_laser.col(0) * std::cos(angle) + R_map_laser.col(1) * std::sin(angle);
     if (level) direction.z() = 0.0;
-    const bool returned = std::isfinite(range) && range < limit;
+    result.beams.emplace_back(direction, range);
+  }
+  return result;
+}
+
+void Sight(const PosedScan& scan, const MapBuilderOptions& options, LevelFan* fan, Sighting* sighting) {
+  const auto [origin, beams] = BeamsOf(scan);
+  const double limit = std::min(scan.range_max, options.laser_range);
+  const auto returned = [limit](double range) { return std::isfinite(range) && range < limit; };
+  double reach = 0.0;
+  for (const auto& [direction, range] : beams) reach = std::max(reach, std::min(range, limit));
+  const bool level = scan.level_height.has_value(), in_fan = level && fan->Start(origin, reach);
+  for (const auto& [direction, range] : beams) {
     // A voxel short, so that a beam which grazes a surface under a slightly wrong pose does not clear it.
-    const double free_distance = returned ? range - options.resolution : limit;
-    if (free_distance > 0.0) sighting->AddFreeRay(origin, origin + free_distance * direction);
+    const double free_distance = returned(range) ? range - options.resolution : limit;
+    if (free_distance <= 0.0) continue;
+    const Eigen::Vector3d free_end = origin + free_distance * direction;
+    in_fan ? fan->AddFreeRay(free_end) : sighting->AddFreeRay(origin, free_end);
+  }
+  if (in_fan) fan->AddTo(sighting);
+  for (const auto& [direction, range] : beams) {
     const Eigen::Vector3d end = origin + range * direction;
-    if (!returned || !(level || end.z() > options.floor_tolerance)) continue;
+    if (!returned(range) || !(level || end.z() > options.floor_tolerance)) continue;
     sighting->AddHit(end, 1.0);
     // Under a pose some centimetres wrong the beams that pass a thin leg cross the voxels it was hit in before.
     sighting->SpareAround(end);
@@ -73,6 +96,7 @@ struct MapBuilder::State {
   MapBuilderOptions options;
   OccupancyLayer visual, laser;
   Sighting sighting;                                 // empty between calls; keeps its memory
+  LevelFan fan;                                      // of the scan at hand
   std::map<std::array<double, 2>, long> footprints;  // how often the robot was there
   std::vector<Overhang> overhangs;
   std::int32_t occupied_units, free_units;
@@ -82,13 +106,20 @@ struct MapBuilder::State {
         visual(o.visual, o.clamp_min, o.clamp_max),
         laser(o.laser, o.clamp_min, o.clamp_max),
         sighting(o.resolution),
+        fan(o.resolution),
         occupied_units(ToUnits(LogOdds(o.occupied_threshold))),
         free_units(ToUnits(LogOdds(o.free_threshold))) {}
 
-  template <class Observation>
-  void Integrate(const Observation& observation, OccupancyLayer* layer, int times) {
-    Sight(observation, options, &sighting);
-    layer->Add(sighting, observation.epoch, times);
+  void Integrate(const PosedPoints& points, int times) {
+    Sight(points, options, &sighting);
+    Add(points.epoch, &visual, times);
+  }
+  void Integrate(const PosedScan& scan, int times) {
+    Sight(scan, options, &fan, &sighting);
+    Add(scan.epoch, &laser, times);
+  }
+  void Add(int epoch, OccupancyLayer* layer, int times) {
+    layer->Add(sighting, epoch, times);
     sighting.Clear();
   }
 
@@ -143,12 +174,17 @@ MapBuilder::~MapBuilder() = default;
 MapBuilder::MapBuilder(MapBuilder&&) noexcept = default;
 MapBuilder& MapBuilder::operator=(MapBuilder&&) noexcept = default;
 
-void MapBuilder::InsertPoints(const PosedPoints& points) { state_->Integrate(points, &state_->visual, 1); }
-void MapBuilder::RemovePoints(const PosedPoints& points) { state_->Integrate(points, &state_->visual, -1); }
-void MapBuilder::InsertScan(const PosedScan& scan) { state_->Integrate(scan, &state_->laser, 1); }
-void MapBuilder::RemoveScan(const PosedScan& scan) { state_->Integrate(scan, &state_->laser, -1); }
+void MapBuilder::InsertPoints(const PosedPoints& points) { state_->Integrate(points, 1); }
+void MapBuilder::RemovePoints(const PosedPoints& points) { state_->Integrate(points, -1); }
+void MapBuilder::InsertScan(const PosedScan& scan) { state_->Integrate(scan, 1); }
+void MapBuilder::RemoveScan(const PosedScan& scan) { state_->Integrate(scan, -1); }
 void MapBuilder::MarkFootprint(const Eigen::Vector2d& base_in_map) { state_->CountFootprint(base_in_map, 1); }
 void MapBuilder::UnmarkFootprint(const Eigen::Vector2d& base_in_map) { state_->CountFootprint(base_in_map, -1); }
+
+void MapBuilder::RemoveEpoch(int epoch) {
+  state_->visual.RemoveEpoch(epoch);
+  state_->laser.RemoveEpoch(epoch);
+}
 
 void MapBuilder::SetOverhangs(std::vector<Overhang> overhangs) { state_->overhangs = std::move(overhangs); }
 const std::vector<Overhang>& MapBuilder::overhangs() const { return state_->overhangs; }
@@ -182,6 +218,18 @@ OccupancyGrid2d MapBuilder::Grid() const {
     }
   }
   return raster.ToGrid(options.resolution);
+}
+
+OccupancyGrid2d MapBuilder::LaserGrid() const {
+  GridRaster raster;
+  for (const OccupancyLayer::FoldedBlock& block : state_->laser.Fold()) {
+    for (int cell = 0; cell < kBlockCells; ++cell) {
+      const std::int32_t log_odds = block.log_odds[static_cast<std::size_t>(cell)];
+      const VoxelIndex at = VoxelAt(block.key, cell);
+      if (log_odds != OccupancyLayer::kUnknown) raster.Add(at.x, at.y, state_->Judge(log_odds));
+    }
+  }
+  return raster.ToGrid(state_->options.resolution);
 }
 
 Expected<bool> MapBuilder::WriteOctomap(const std::filesystem::path& path) const {

@@ -21,6 +21,7 @@ std::vector<std::string> MapBuilderOptions::Problems() const {
   require(clamp_max > occupied_threshold && clamp_max < 1.0,
           "clamp_max: expected a probability above occupied_threshold");
   require(finite_above(visual_range, 0.0), "visual_range: expected metres above 0");
+  require(finite_above(visual_hit_sigma, 0.0), "visual_hit_sigma: expected metres above 0");
   require(finite_above(laser_range, 0.0), "laser_range: expected metres above 0");
   require(std::isfinite(floor_tolerance) && floor_tolerance >= 0.0, "floor_tolerance: expected metres, not negative");
   require(finite_above(band_max, band_min) && band_min >= 0.0, "band_min, band_max: expected 0 <= band_min < band_max");
@@ -28,6 +29,7 @@ std::vector<std::string> MapBuilderOptions::Problems() const {
           "footprint_radius: expected metres, not negative");
   require(tilt_sigma_deg >= 0.0 && tilt_sigma_deg < 45.0, "tilt_sigma_deg: expected degrees, from 0");
   for (const std::string& problem : overhang.Problems()) problems.push_back(problem);
+  for (const std::string& problem : legged.Problems()) problems.push_back(problem);
   return problems;
 }
 

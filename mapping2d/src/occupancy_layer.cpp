@@ -4,11 +4,6 @@
 #include <cmath>
 
 namespace planar_vslam {
-namespace {
-
-constexpr unsigned kEpochBits = 24;  // beside the 40 of a block's key
-
-}  // namespace
 
 double LogOdds(double probability) { return std::log(probability / (1.0 - probability)); }
 
@@ -24,13 +19,12 @@ OccupancyLayer::OccupancyLayer(const SensorModel& model, double clamp_min, doubl
 }
 
 void OccupancyLayer::Add(const Sighting& sighting, int epoch, int times) {
-  PV_CHECK(epoch >= 0 && epoch < 1 << kEpochBits, "epoch=" << epoch);
+  auto& [index, blocks] = epochs_[epoch];
   for (std::size_t i = 0; i < sighting.blocks().size(); ++i) {
-    const BlockKey key = sighting.blocks()[i] << kEpochBits | static_cast<BlockKey>(epoch);
-    const std::uint32_t number = index_.FindOrInsert(key);
-    if (number == blocks_.size()) blocks_.emplace_back();
+    const std::uint32_t number = index.FindOrInsert(sighting.blocks()[i]);
+    if (number == blocks.size()) blocks.emplace_back();
     const Sighting::Marks& marks = sighting.marks(i);
-    Block& block = blocks_[number];
+    Block& block = blocks[number];
     for (std::size_t cell = 0; cell < kBlockCells; ++cell) {
       const std::int32_t units = units_of_mark_[marks[cell]];  // 0 where nothing was seen, or spared
       block[cell].sum += times * units;
@@ -39,34 +33,34 @@ void OccupancyLayer::Add(const Sighting& sighting, int epoch, int times) {
   }
 }
 
-void OccupancyLayer::Clear() {
-  index_.Clear();
-  blocks_.clear();
-}
-
 std::vector<OccupancyLayer::FoldedBlock> OccupancyLayer::Fold() const {
-  std::vector<BlockKey> keys = index_.keys();
-  std::sort(keys.begin(), keys.end());
+  std::vector<std::pair<BlockKey, const Block*>> in_order;  // of one key the earlier epoch first
+  for (const auto& [number, epoch] : epochs_) {
+    for (std::size_t i = 0; i < epoch.blocks.size(); ++i)
+      in_order.emplace_back(epoch.index.keys()[i], &epoch.blocks[i]);
+  }
+  std::stable_sort(in_order.begin(), in_order.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   std::vector<FoldedBlock> folded;
-  for (const BlockKey key : keys) {
-    const Block& block = blocks_[index_.Find(key)];
+  for (const auto& [key, block] : in_order) {
     const auto seen = [](const Evidence& e) { return e.seen > 0; };
-    if (std::none_of(block.begin(), block.end(), seen)) continue;  // all taken out again
-    if (folded.empty() || folded.back().key != key >> kEpochBits) {
-      folded.push_back({key >> kEpochBits, {}});
+    if (std::none_of(block->begin(), block->end(), seen)) continue;  // all taken out again
+    if (folded.empty() || folded.back().key != key) {
+      folded.push_back({key, {}});
       folded.back().log_odds.fill(kUnknown);
     }
     for (std::size_t cell = 0; cell < kBlockCells; ++cell) {
-      if (!seen(block[cell])) continue;
+      if (!seen((*block)[cell])) continue;
       std::int32_t& value = folded.back().log_odds[cell];
-      value = std::clamp((value == kUnknown ? 0 : value) + block[cell].sum, min_units_, max_units_);
+      value = std::clamp((value == kUnknown ? 0 : value) + (*block)[cell].sum, min_units_, max_units_);
     }
   }
   return folded;
 }
 
 std::size_t OccupancyLayer::MemoryBytes() const {
-  return blocks_.size() * (sizeof(Block) + sizeof(BlockKey) + 2 * sizeof(std::uint32_t));
+  std::size_t count = 0;
+  for (const auto& [number, epoch] : epochs_) count += epoch.blocks.size();
+  return count * (sizeof(Block) + sizeof(BlockKey) + 2 * sizeof(std::uint32_t));
 }
 
 }  // namespace planar_vslam

@@ -4,6 +4,7 @@
 // when read, epoch after epoch as in OctoMap (Hornung et al. 2013, Eq. 4): a later epoch overrules an earlier one.
 #include <array>
 #include <cstdint>
+#include <map>
 #include <vector>
 
 #include "planar_vslam/mapping2d/map_builder.h"
@@ -30,7 +31,9 @@ class OccupancyLayer {
 
   // Each voxel of the sighting changes once. `times` is 1, or -1 to take out what 1 put in.
   void Add(const Sighting& sighting, int epoch, int times);
-  void Clear();
+  // Takes out all that was added to the epoch.
+  void RemoveEpoch(int epoch) { epochs_.erase(epoch); }
+  void Clear() { epochs_.clear(); }
 
   // All blocks with a known voxel, by ascending key.
   std::vector<FoldedBlock> Fold() const;
@@ -42,11 +45,14 @@ class OccupancyLayer {
     std::int32_t seen = 0;  // sightings in the sum
   };
   using Block = std::array<Evidence, kBlockCells>;
+  struct Epoch {
+    BlockIndex index;
+    std::vector<Block> blocks;
+  };
 
   std::array<std::int32_t, 256> units_of_mark_{};
   std::int32_t min_units_, max_units_;
-  BlockIndex index_;  // of block key and epoch
-  std::vector<Block> blocks_;
+  std::map<int, Epoch> epochs_;
 };
 
 }  // namespace planar_vslam

@@ -1,6 +1,5 @@
 #include "planar_vslam/mapping2d/overhang.h"
 
-#include <pcl/console/print.h>
 #include <pcl/point_types.h>
 #include <pcl/sample_consensus/ransac.h>
 #include <pcl/sample_consensus/sac_model_perpendicular_plane.h>
@@ -13,23 +12,12 @@
 
 #include "planar_vslam/geometry/angles.h"
 #include "planar_vslam/geometry/check.h"
+#include "quiet_pcl.h"
 
 namespace planar_vslam {
 namespace {
 
 using Cloud = pcl::PointCloud<pcl::PointXYZ>;
-
-// PCL prints a line where it finds no plane, which is no failure here.
-class QuietPcl {
- public:
-  QuietPcl() : before_(pcl::console::getVerbosityLevel()) { pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS); }
-  ~QuietPcl() { pcl::console::setVerbosityLevel(before_); }
-  QuietPcl(const QuietPcl&) = delete;
-  QuietPcl& operator=(const QuietPcl&) = delete;
-
- private:
-  pcl::console::VERBOSITY_LEVEL before_;
-};
 
 // Whether the points around `p` lie in a level patch: their spread is least along the vertical.
 bool IsLevel(const Cloud& cloud, const std::vector<int>& neighbors, double max_tilt) {
@@ -156,6 +144,7 @@ std::vector<std::string> OverhangOptions::Problems() const {
   require(max_tilt_deg > 0.0 && max_tilt_deg <= 45.0, "overhang_max_tilt_deg: expected degrees in (0, 45]");
   require(std::isfinite(max_gap) && max_gap > 0.0, "overhang_max_gap: expected metres above 0");
   require(min_points >= 3, "overhang_min_points: expected at least 3");
+  require(min_sight_lines >= 1, "overhang_min_sight_lines: expected at least 1");
   return problems;
 }
 

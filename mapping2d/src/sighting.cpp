@@ -1,7 +1,6 @@
 #include "sighting.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
@@ -34,41 +33,6 @@ Sighting::Marks& Sighting::Block(const VoxelIndex& voxel) {
   return marks_[number];
 }
 
-// Scans are level and many: for each row of voxels across the longer axis the two that the ray
-// enters and leaves it by. Unlike step by step, no row waits for the one before.
-template <int major>
-void Sighting::TraceLevel(const Eigen::Vector2d& start, const Eigen::Vector2d& end, const VoxelIndex& first,
-                          const VoxelIndex& last) {
-  constexpr int minor = 1 - major;
-  const std::array<std::int32_t, 2> from = {first.x, first.y}, to = {last.x, last.y};
-  const std::int32_t step = to[major] > from[major] ? 1 : -1, rows = std::abs(to[major] - from[major]);
-  const double slope = rows > 0 ? (end[minor] - start[minor]) / (end[major] - start[major]) : 0.0;
-  // Where the ray leaves the first row, in voxels of the lattice.
-  const double leaves = from[major] + (step > 0 ? 1 : 0) - (start[major] + kLatticeReach);
-  const double at_first = start[minor] + kLatticeReach + slope * leaves, per_row = slope * step;
-  const auto [low, high] = std::minmax(from[minor], to[minor]);
-  std::int32_t block_x = -1, block_y = -1;
-  std::uint8_t* marks = nullptr;
-  const auto mark_free = [&](std::int32_t along, std::int32_t across) {
-    const VoxelIndex at{major == 0 ? along : across, major == 0 ? across : along, first.z};
-    if (at.x >> kBlockBits != block_x || at.y >> kBlockBits != block_y) {
-      block_x = at.x >> kBlockBits;
-      block_y = at.y >> kBlockBits;
-      marks = Block(at).data();
-    }
-    std::uint8_t& mark = marks[CellOf(at)];
-    mark = std::max(mark, kFree);
-  };
-  std::int32_t enters = from[minor];
-  for (std::int32_t row = 0; row < rows; ++row) {
-    const auto exits = std::clamp(static_cast<std::int32_t>(at_first + row * per_row), low, high);
-    mark_free(from[major] + row * step, enters);
-    if (exits != enters) mark_free(from[major] + row * step, exits);
-    enters = exits;
-  }
-  if (enters != to[minor]) mark_free(to[major], enters);
-}
-
 void Sighting::Trace(VoxelIndex at, Axis x, Axis y, Axis z) {
   const std::int32_t steps = x.left + y.left + z.left;
   BlockKey block = 0;
@@ -92,13 +56,19 @@ void Sighting::AddFreeRay(const Eigen::Vector3d& from, const Eigen::Vector3d& to
   const Eigen::Vector3d start = from * voxels_per_meter_, end = to * voxels_per_meter_;
   const std::optional<VoxelIndex> first = VoxelOf(start), last = VoxelOf(end);
   if (!first.has_value() || !last.has_value()) return;
-  if (first->z == last->z) {
-    const bool along_x = std::abs(last->x - first->x) >= std::abs(last->y - first->y);
-    const auto trace = along_x ? &Sighting::TraceLevel<0> : &Sighting::TraceLevel<1>;
-    (this->*trace)(start.head<2>(), end.head<2>(), *first, *last);
-  } else {
-    Trace(*first, Axis(start.x(), end.x(), first->x, last->x), Axis(start.y(), end.y(), first->y, last->y),
-          Axis(start.z(), end.z(), first->z, last->z));
+  Trace(*first, Axis(start.x(), end.x(), first->x, last->x), Axis(start.y(), end.y(), first->y, last->y),
+        Axis(start.z(), end.z(), first->z, last->z));
+}
+
+void Sighting::AddFreeBlock(const VoxelIndex& corner, const std::uint8_t* marks, std::int32_t stride) {
+  unsigned any = 0;
+  for (std::int32_t row = 0; row < kBlockSide; ++row) {
+    for (std::int32_t i = 0; i < kBlockSide; ++i) any |= marks[row * stride + i];
+  }
+  if (any == 0) return;
+  std::uint8_t* block = Block(corner).data();
+  for (std::int32_t row = 0; row < kBlockSide; ++row) {
+    for (std::int32_t i = 0; i < kBlockSide; ++i, ++block) *block = std::max(*block, marks[row * stride + i]);
   }
 }
 

@@ -20,6 +20,8 @@ class Sighting {
   // Voxels from `from` up to, not including, the one that holds `to` were seen through (Amanatides and Woo, "A Fast
   // Voxel Traversal Algorithm for Ray Tracing", 1987). A ray that leaves the lattice is ignored.
   void AddFreeRay(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
+  // The same for the cells of a block, whose first is `corner`: those whose mark, in rows `stride` apart, is kFree.
+  void AddFreeBlock(const VoxelIndex& corner, const std::uint8_t* marks, std::int32_t stride);
   // The voxel of `point` was hit, with `weight` in [0, 1]; of several hits on a voxel the heaviest counts.
   void AddHit(const Eigen::Vector3d& point, double weight);
 
@@ -37,9 +39,6 @@ class Sighting {
 
  private:
   struct Axis;
-  template <int major>  // the longer axis
-  void TraceLevel(const Eigen::Vector2d& start, const Eigen::Vector2d& end, const VoxelIndex& first,
-                  const VoxelIndex& last);
   void Trace(VoxelIndex at, Axis x, Axis y, Axis z);
   Marks& Block(const VoxelIndex& voxel);
   void Raise(const VoxelIndex& voxel, std::uint8_t mark);

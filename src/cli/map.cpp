@@ -12,8 +12,9 @@
 #include "commands.h"
 #include "planar_vslam/io/trajectory.h"
 #include "planar_vslam/map/map_file.h"
+#include "planar_vslam/pipeline/map_planes.h"
 #include "planar_vslam/pipeline/navigation_map.h"
-#include "planar_vslam/pipeline/options.h"
+#include "session_options.h"
 
 namespace planar_vslam {
 namespace {
@@ -28,6 +29,7 @@ struct MapStatistics {
   double span = 0.0;                                     // s, from the first keyframe's stamp to the last
   double path = 0.0;                                     // along the keyframes; m in a metric map
   Eigen::AlignedBox3d keyframe_extent, landmark_extent;  // of base and landmark positions
+  MapPlanes planes;
 };
 
 MapStatistics StatisticsOf(const Map& map, const fs::path& path) {
@@ -47,7 +49,33 @@ MapStatistics StatisticsOf(const Map& map, const fs::path& path) {
     statistics.landmark_extent.extend(landmark.p_map);
     statistics.observations += landmark.observations.size();
   }
+  statistics.planes = PlanesOf(map, PlaneOptions{});
   return statistics;
+}
+
+std::string JsonOf(const MapPlanes& planes) {
+  std::string floor = "null";
+  if (planes.floor.has_value()) {
+    floor = fmt::format(R"({{"height": {}, "tilt_deg": {}, "points": {}, "rms": {}}})", planes.floor->height,
+                        planes.floor->TiltDegrees(), planes.floor->points, planes.floor->rms);
+  }
+  std::vector<std::string> walls;
+  for (const WallPlane& w : planes.walls) {
+    walls.push_back(fmt::format(R"({{"from": [{}], "to": [{}], "bottom": {}, "top": {}, "points": {}, "rms": {}}})",
+                                fmt::join(w.from, ", "), fmt::join(w.to, ", "), w.bottom, w.top, w.points, w.rms));
+  }
+  return fmt::format("\"floor\": {},\n \"walls\": [{}]", floor, fmt::join(walls, ",\n  "));
+}
+
+// One line a wall below the heading, indented.
+std::string TextOf(const std::vector<WallPlane>& walls) {
+  std::string text = fmt::format("walls            {}\n", walls.size());
+  for (const WallPlane& w : walls) {
+    text += fmt::format(
+        "                 ({:.2f}, {:.2f}) to ({:.2f}, {:.2f}), z {:.2f} to {:.2f} m, {} points, {:.3f} m RMS\n",
+        w.from.x(), w.from.y(), w.to.x(), w.to.y(), w.bottom, w.top, w.points, w.rms);
+  }
+  return text;
 }
 
 std::string JsonOf(const Eigen::AlignedBox3d& extent) {
@@ -66,10 +94,10 @@ std::string ToJson(const SavedMap& saved, const MapStatistics& s) {
   return fmt::format(
       "{{\"bytes\": {}, \"metric\": {}, \"keyframes\": {}, \"landmarks\": {}, \"observations\": {},\n"
       " \"span_seconds\": {}, \"path_length\": {}, \"keyframe_extent\": {},\n \"landmark_extent\": {},\n"
-      " \"camera\": {{\"width\": {}, \"height\": {}, \"fx\": {}, \"fy\": {}, \"cx\": {}, \"cy\": {}}}}}\n",
+      " \"camera\": {{\"width\": {}, \"height\": {}, \"fx\": {}, \"fy\": {}, \"cx\": {}, \"cy\": {}}},\n {}}}\n",
       s.bytes, saved.map.metric, saved.map.keyframes.size(), saved.map.landmarks.size(), s.observations, s.span, s.path,
       JsonOf(s.keyframe_extent), JsonOf(s.landmark_extent), saved.camera.width, saved.camera.height, saved.camera.fx,
-      saved.camera.fy, saved.camera.cx, saved.camera.cy);
+      saved.camera.fy, saved.camera.cx, saved.camera.cy, JsonOf(s.planes));
 }
 
 std::string ToText(const SavedMap& saved, const MapStatistics& s) {
@@ -82,10 +110,12 @@ std::string ToText(const SavedMap& saved, const MapStatistics& s) {
       "keyframe extent  {}\n"
       "landmark extent  {}\n"
       "camera           {} x {} px, fx {:.2f}, fy {:.2f}, cx {:.2f}, cy {:.2f}\n"
+      "floor            {}\n"
+      "{}"
       "file             {} bytes\n",
       saved.map.metric ? "yes" : "no", saved.map.keyframes.size(), s.span, s.path, unit, saved.map.landmarks.size(),
       s.observations, TextOf(s.keyframe_extent, unit), TextOf(s.landmark_extent, unit), camera.width, camera.height,
-      camera.fx, camera.fy, camera.cx, camera.cy, s.bytes);
+      camera.fx, camera.fy, camera.cx, camera.cy, FloorText(s.planes.floor), TextOf(s.planes.walls), s.bytes);
 }
 
 int Info(const fs::path& path, bool json) {
@@ -110,6 +140,9 @@ int Check(const fs::path& path) {
                 fmt::format("{}: expected a sound map, found problems: {}", path.string(), problems.size()));
   }
   fmt::print("{}: sound\n", path.string());
+  if (const Expected<SavedMap> saved = LoadMapFile(path); saved.ok() && saved->map.metric) {
+    fmt::print("floor: {}\n", FloorText(PlanesOf(saved->map, PlaneOptions{}).floor));
+  }
   return kExitSuccess;
 }
 
@@ -117,6 +150,8 @@ int Check(const fs::path& path) {
 
 struct ExportArguments {
   fs::path map, pcd, ply, tum, octomap, pgm, yaml, config;
+  std::vector<std::string> assignments;               // key=value, over the configuration
+  double voxel = 0.0, isolated = 0.0, normals = 0.0;  // m, filters of the cloud; 0: off
 
   bool wants_grid() const { return !pgm.empty() || !yaml.empty(); }
   fs::path YamlPath() const { return yaml.empty() ? fs::path(pgm).replace_extension(".yaml") : yaml; }
@@ -147,12 +182,28 @@ Expected<bool> WriteNavigationMaps(const SavedMap& saved, const ExportArguments&
   return arguments.wants_grid() ? WriteMapServerFiles(builder.Grid(), arguments.YamlPath()) : Expected<bool>(true);
 }
 
+std::vector<CloudPoint> FilteredCloud(const Map& map, const ExportArguments& arguments) {
+  std::vector<CloudPoint> cloud = LandmarkCloud(map);
+  if (arguments.isolated > 0.0) {
+    std::vector<Eigen::Vector3d> positions;
+    for (const CloudPoint& point : cloud) positions.push_back(point.position.cast<double>());
+    std::vector<CloudPoint> kept;
+    for (const int i : RadiusInliers(positions, arguments.isolated, LandmarkAcceptance{}.min_neighbors)) {
+      kept.push_back(cloud[static_cast<std::size_t>(i)]);
+    }
+    cloud = std::move(kept);
+  }
+  if (arguments.voxel > 0.0) cloud = VoxelFiltered(cloud, arguments.voxel);
+  if (arguments.normals > 0.0) EstimateNormals(arguments.normals, &cloud);
+  return cloud;
+}
+
 Expected<bool> WriteExports(const SavedMap& saved, const ExportArguments& arguments, const MapBuilderOptions& options) {
   const bool navigation = !arguments.octomap.empty() || arguments.wants_grid();
   if (navigation && !saved.map.metric) {
     return Error{arguments.map.string() + ": scale unknown, expected a metric map for --octomap, --pgm and --yaml"};
   }
-  const std::vector<CloudPoint> cloud = LandmarkCloud(saved.map);
+  const std::vector<CloudPoint> cloud = FilteredCloud(saved.map, arguments);
   if (!arguments.pcd.empty()) {
     if (Expected<bool> done = WritePcd(cloud, arguments.pcd); !done) return done;
   }
@@ -170,11 +221,8 @@ Expected<bool> WriteExports(const SavedMap& saved, const ExportArguments& argume
 int Export(const ExportArguments& arguments) {
   const std::string problem = ProblemOf(arguments);
   if (!problem.empty()) return Fail(kExitBadInput, problem);
-  Expected<PipelineOptions> options{PipelineOptions{}};
-  if (!arguments.config.empty()) options = LoadOptions(arguments.config);
+  const Expected<PipelineOptions> options = ReadOptions(arguments.config, arguments.assignments, "");
   if (!options) return Fail(kExitBadInput, options.error().message);
-  const std::vector<std::string> invalid = options->mapping2d.Problems();
-  if (!invalid.empty()) return Fail(kExitBadInput, fmt::format("mapping2d: {}", fmt::join(invalid, "; ")));
   const Expected<SavedMap> saved = LoadMapFile(arguments.map);
   if (!saved) return Fail(kExitBadInput, saved.error().message);
   const Expected<bool> written = WriteExports(*saved, arguments, options->mapping2d);
@@ -211,11 +259,22 @@ void AddExport(CLI::App& map, int* exit_code) {
   command->add_option("file", arguments->map, "Saved map (.pvm)")->required();
   command->add_option("--pcd", arguments->pcd, "Landmarks with normals, PCD");
   command->add_option("--ply", arguments->ply, "Landmarks with normals, PLY");
+  command
+      ->add_option("--drop-isolated", arguments->isolated,
+                   "Of the cloud, leave out landmarks with fewer than four others within this many metres")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--voxel", arguments->voxel, "Of the cloud, one point a cube of this many metres")
+      ->check(CLI::PositiveNumber);
+  command
+      ->add_option("--normals", arguments->normals,
+                   "Normals from the points within this many metres instead of the direction to the cameras")
+      ->check(CLI::PositiveNumber);
   command->add_option("--tum", arguments->tum, "Keyframe poses, TUM trajectory");
   command->add_option("--octomap", arguments->octomap, "OctoMap: binary .bt, or .ot with probabilities");
   command->add_option("--pgm", arguments->pgm, "Occupancy grid for map_server and its .yaml beside it");
   command->add_option("--yaml", arguments->yaml, "The same, by the name of the .yaml");
   command->add_option("--config", arguments->config, "YAML configuration, of which mapping2d counts");
+  command->add_option("--set", arguments->assignments, "Override one configuration value: key=value");
   command->callback([arguments, exit_code] { *exit_code = Export(*arguments); });
 }
 

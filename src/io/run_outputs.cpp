@@ -10,6 +10,7 @@
 #include "planar_vslam/io/run_session.h"
 #include "planar_vslam/io/trajectory.h"
 #include "planar_vslam/map/map_file.h"
+#include "planar_vslam/pipeline/map_planes.h"
 #include "planar_vslam/pipeline/navigation_map.h"
 
 namespace planar_vslam {
@@ -155,6 +156,15 @@ Json ReportJson(const SlamSystem& system, const RunResult& result, const Pipelin
     for (const auto& [id, keyframe] : map->keyframes) laser_links += keyframe.laser_links.size();
   }
   json["laser_links"] = laser_links;
+  const MapPlanes planes = map != nullptr ? PlanesOf(*map, PlaneOptions{}) : MapPlanes{};
+  json["floor"] = nullptr;
+  if (planes.floor.has_value()) {
+    json["floor"] = {{"height", planes.floor->height},
+                     {"tilt_deg", planes.floor->TiltDegrees()},
+                     {"points", planes.floor->points},
+                     {"rms", planes.floor->rms}};
+  }
+  json["walls"] = planes.walls.size();
   json["odometry_rejected"] = report.odometry_rejected;
   json["slips"] = report.slips;
   json["odometry_covariance"] = {{"by_model", report.odometry_by_model}, {"by_messages", report.odometry_by_messages}};

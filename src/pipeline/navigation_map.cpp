@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "planar_vslam/geometry/triangulation.h"
+#include "planar_vslam/mapping2d/planes.h"
 
 namespace planar_vslam {
 namespace {
@@ -36,8 +37,7 @@ double WidestParallax(const Map& map, const Landmark& landmark) {
 // Depth sigma of a ray intersection: the pixel's angle times distance over the sine of the parallax.
 std::optional<double> RelativeDepthSigma(const Map& map, const Landmark& landmark, const CameraModel& camera,
                                          const LandmarkAcceptance& a) {
-  if (static_cast<int>(landmark.observations.size()) < a.min_observations || landmark.p_map.z() < a.min_height)
-    return std::nullopt;
+  if (static_cast<int>(landmark.observations.size()) < a.min_observations) return std::nullopt;
   const double parallax = WidestParallax(map, landmark);
   if (parallax < a.min_parallax) return std::nullopt;
   const double sigma = a.pixel_sigma / camera.fx / std::sin(std::min(parallax, M_PI / 2.0));
@@ -53,10 +53,21 @@ double NearestObserver(const Map& map, const Landmark& landmark) {
   return nearest;
 }
 
-// Landmarks of usable depth.
+// The floor as the landmarks show it; where they show none, z = 0.
+FloorPlane FloorOf(const Map& map, const LandmarkAcceptance& acceptance) {
+  std::vector<Eigen::Vector3d> points;
+  for (const auto& [id, landmark] : map.landmarks) {
+    if (static_cast<int>(landmark.observations.size()) >= acceptance.min_observations) points.push_back(landmark.p_map);
+  }
+  return FindFloor(points, PlaneOptions{}).value_or(FloorPlane{});
+}
+
+// Landmarks of usable depth, no mirror images below the floor.
 AcceptedLandmarks Triangulated(const Map& map, const CameraModel& camera, const LandmarkAcceptance& acceptance) {
   AcceptedLandmarks triangulated;
+  const FloorPlane floor = FloorOf(map, acceptance);
   for (const auto& [id, landmark] : map.landmarks) {
+    if (floor.HeightOf(landmark.p_map) < acceptance.min_height) continue;
     const std::optional<double> sigma = RelativeDepthSigma(map, landmark, camera, acceptance);
     if (sigma.has_value()) triangulated.emplace_hint(triangulated.end(), id, *sigma);
   }
@@ -78,13 +89,6 @@ AcceptedLandmarks Accept(const Map& map, const AcceptedLandmarks& triangulated, 
     accepted.insert(candidates[static_cast<std::size_t>(i)]);
   }
   return accepted;
-}
-
-// Faces stand on many points, so each of them may be less certain.
-std::vector<Overhang> Overhangs(const Map& map, const AcceptedLandmarks& triangulated, const OverhangOptions& options) {
-  std::vector<Eigen::Vector3d> positions;
-  for (const auto& [id, sigma] : triangulated) positions.push_back(map.landmarks.At(id).p_map);
-  return FindOverhangs(positions, options);
 }
 
 PosedPoints PointsSeenBy(const Map& map, const Keyframe& keyframe, const AcceptedLandmarks& accepted) {
@@ -184,34 +188,49 @@ struct NavigationMap::Evidence {
 
 NavigationMap::NavigationMap(const MapBuilderOptions& options, const LandmarkAcceptance& acceptance,
                              const NavigationTolerance& tolerance)
-    : acceptance_(acceptance), tolerance_(tolerance), overhang_(options.overhang), builder_(options) {}
+    : acceptance_(acceptance),
+      tolerance_(tolerance),
+      hit_sigma_(options.visual_hit_sigma),
+      overhang_(options.overhang),
+      legged_(options.legged),
+      builder_(options) {
+  if (options.layers != GridLayers::kFused) legged_.enabled = false;  // it takes both
+}
 NavigationMap::~NavigationMap() = default;
 NavigationMap::NavigationMap(NavigationMap&&) noexcept = default;
 NavigationMap& NavigationMap::operator=(NavigationMap&&) noexcept = default;
 
-void NavigationMap::Integrate(const Evidence& evidence) {
+void NavigationMap::IntegrateSightings(const Evidence& evidence) {
   builder_.InsertPoints(evidence.points);
   for (const PosedScan& scan : evidence.scans) builder_.InsertScan(scan);
-  for (const Eigen::Vector2d& footprint : evidence.footprints) builder_.MarkFootprint(footprint);
+}
+
+void NavigationMap::TakeOutSightings(const Evidence& evidence) {
+  builder_.RemovePoints(evidence.points);
+  for (const PosedScan& scan : evidence.scans) builder_.RemoveScan(scan);
 }
 
 void NavigationMap::TakeOut(const std::vector<KeyframeId>& outdated) {
-  // Taking out costs what integrating costs: where less stays than goes, start over with what stays.
-  const bool start_over = 2 * outdated.size() > held_.size();
-  if (start_over) builder_.Clear();
+  std::map<int, std::vector<KeyframeId>> outdated_in;  // epoch
+  for (const KeyframeId id : outdated) outdated_in[EpochOf(id)].push_back(id);
+  for (const auto& [epoch, ids] : outdated_in) TakeOut(epoch, ids);
+}
+
+// One by one costs what integrating costs: where less of the epoch stays than goes, it starts over with what stays.
+void NavigationMap::TakeOut(int epoch, const std::vector<KeyframeId>& outdated) {
+  const KeyframeId first{static_cast<std::uint32_t>(epoch) * kKeyframesInEpoch};
+  const auto end = held_.lower_bound(KeyframeId{first.value + kKeyframesInEpoch});
+  const bool start_over =
+      2 * static_cast<std::ptrdiff_t>(outdated.size()) > std::distance(held_.lower_bound(first), end);
+  if (start_over) builder_.RemoveEpoch(epoch);
   for (const KeyframeId id : outdated) {
     const auto entry = held_.find(id);
-    if (!start_over) TakeOut(entry->second);
+    if (!start_over) TakeOutSightings(entry->second);
+    for (const Eigen::Vector2d& footprint : entry->second.footprints) builder_.UnmarkFootprint(footprint);
     held_.erase(entry);
   }
   if (!start_over) return;
-  for (const auto& [id, evidence] : held_) Integrate(evidence);
-}
-
-void NavigationMap::TakeOut(const Evidence& evidence) {
-  builder_.RemovePoints(evidence.points);
-  for (const PosedScan& scan : evidence.scans) builder_.RemoveScan(scan);
-  for (const Eigen::Vector2d& footprint : evidence.footprints) builder_.UnmarkFootprint(footprint);
+  for (auto entry = held_.lower_bound(first); entry != end; ++entry) IntegrateSightings(entry->second);
 }
 
 int NavigationMap::Update(const Map& map, const CameraModel& camera) {
@@ -231,11 +250,38 @@ int NavigationMap::Update(const Map& map, const CameraModel& camera) {
   }
   TakeOut(outdated);
   for (auto& [id, evidence] : wanted) {
-    Integrate(evidence);
+    IntegrateSightings(evidence);
+    for (const Eigen::Vector2d& footprint : evidence.footprints) builder_.MarkFootprint(footprint);
     held_.emplace(id, std::move(evidence));
   }
-  builder_.SetOverhangs(Overhangs(map, triangulated, overhang_));
+  builder_.SetOverhangs(Overhangs(map, accepted));
   return static_cast<int>(std::max(outdated.size(), wanted.size()));
+}
+
+std::vector<Overhang> NavigationMap::Overhangs(const Map& map, const std::map<LandmarkId, double>& accepted) const {
+  LeggedEvidence evidence;
+  std::vector<Eigen::Vector3d> sure;  // depth's errors spread points of a wall over a level band, too
+  for (const auto& [id, sigma] : accepted) {
+    const Landmark& landmark = map.landmarks.At(id);
+    evidence.points.push_back(landmark.p_map);
+    if (sigma * NearestObserver(map, landmark) <= hit_sigma_) sure.push_back(landmark.p_map);
+  }
+  for (const auto& [id, held] : held_) {
+    evidence.path.insert(evidence.path.end(), held.footprints.begin(), held.footprints.end());
+    for (const PosedPoint& point : held.points.points) {
+      evidence.sight_lines.push_back({held.points.camera_in_map, point.p_map});
+    }
+  }
+  constexpr double kRim = 0.1;  // m, within which lines that pass beside a face may seem to pass through it
+  std::vector<Overhang> overhangs;
+  for (Overhang& face : FindOverhangs(sure, overhang_)) {
+    const int lines = LinesThrough(evidence.sight_lines, face, face.height, kRim, 2.0 * overhang_.thickness);
+    if (lines < overhang_.min_sight_lines) overhangs.push_back(std::move(face));
+  }
+  if (!legged_.enabled) return overhangs;
+  evidence.laser = builder_.LaserGrid();
+  for (Overhang& legged : FindLegged(evidence, legged_, overhang_)) overhangs.push_back(std::move(legged));
+  return overhangs;
 }
 
 MapBuilder BuildNavigationMap(const Map& map, const CameraModel& camera, const MapBuilderOptions& options,

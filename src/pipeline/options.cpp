@@ -210,6 +210,7 @@ void AddMapping2d(PipelineOptions& o, FieldList* f) {
   f->Add("mapping2d.clamp_min", m.clamp_min);
   f->Add("mapping2d.clamp_max", m.clamp_max);
   f->Add("mapping2d.visual_range", m.visual_range);
+  f->Add("mapping2d.visual_hit_sigma", m.visual_hit_sigma);
   f->Add("mapping2d.laser_range", m.laser_range);
   f->Add("mapping2d.floor_tolerance", m.floor_tolerance);
   f->Add("mapping2d.tilt_sigma_deg", m.tilt_sigma_deg);
@@ -226,6 +227,13 @@ void AddMapping2d(PipelineOptions& o, FieldList* f) {
   f->Add("mapping2d.overhang_max_tilt_deg", m.overhang.max_tilt_deg);
   f->Add("mapping2d.overhang_max_gap", m.overhang.max_gap);
   f->Add("mapping2d.overhang_min_points", m.overhang.min_points);
+  f->Add("mapping2d.overhang_min_sight_lines", m.overhang.min_sight_lines);
+  f->Add("mapping2d.legged_enabled", m.legged.enabled);
+  f->Add("mapping2d.legged_max_leg", m.legged.max_leg);
+  f->Add("mapping2d.legged_min_side", m.legged.min_side);
+  f->Add("mapping2d.legged_max_side", m.legged.max_side);
+  f->Add("mapping2d.legged_min_height", m.legged.min_height);
+  f->Add("mapping2d.legged_max_height", m.legged.max_height);
 }
 
 void AddTopics(PipelineOptions& o, FieldList* f) {

@@ -156,6 +156,35 @@ TEST(WritePly, UnwritableFileIsNamed) {
   EXPECT_NE(written.error().message.find("absent"), std::string::npos);
 }
 
+TEST(VoxelFiltered, OnePointACubeWithMeanAndSum) {
+  std::vector<CloudPoint> cloud(3);
+  cloud[0] = {{0.01F, 0.01F, -0.01F}, {0.0F, 0.0F, 1.0F}, 3.0F};
+  cloud[1] = {{0.03F, 0.03F, -0.03F}, {1.0F, 0.0F, 0.0F}, 4.0F};
+  cloud[2] = {{0.03F, 0.03F, 0.03F}, {1.0F, 0.0F, 0.0F}, 5.0F};
+  const std::vector<CloudPoint> filtered = VoxelFiltered(cloud, 0.1);
+  ASSERT_EQ(filtered.size(), 2U);
+  EXPECT_LT((filtered[0].position - Eigen::Vector3f(0.02F, 0.02F, -0.02F)).norm(), 1e-6F);
+  EXPECT_NEAR(filtered[0].normal.norm(), 1.0F, 1e-6F);
+  EXPECT_EQ(filtered[0].intensity, 7.0F);
+  EXPECT_EQ(filtered[1].intensity, 5.0F);
+  EXPECT_TRUE(VoxelFiltered({}, 0.1).empty());
+}
+
+TEST(EstimateNormals, PlaneGivesItsNormalTowardsTheCameraAndLonelyPointsKeepTheirs) {
+  std::vector<CloudPoint> cloud;
+  const Eigen::Vector3f to_camera = Eigen::Vector3f(0.6F, 0.0F, -0.8F);
+  for (int x = 0; x < 5; ++x) {
+    for (int y = 0; y < 5; ++y) {
+      cloud.push_back(
+          {Eigen::Vector3f(0.1F * static_cast<float>(x), 0.1F * static_cast<float>(y), 2.0F), to_camera, 1.0F});
+    }
+  }
+  cloud.push_back({Eigen::Vector3f(5.0F, 5.0F, 1.0F), to_camera, 1.0F});
+  EstimateNormals(0.25, &cloud);
+  for (std::size_t i = 0; i < 25; ++i) EXPECT_LT((cloud[i].normal + Eigen::Vector3f::UnitZ()).norm(), 1e-3F) << i;
+  EXPECT_EQ(cloud.back().normal, to_camera);
+}
+
 TEST(RadiusInliers, LonelyPointsGo) {
   const std::vector<Eigen::Vector3d> points = {{0, 0, 0}, {9, 9, 9}, {0.1, 0, 0}, {0, 0.1, 0}, {5, 0, 0}, {5.1, 0, 0}};
   EXPECT_EQ(RadiusInliers(points, 0.3, 2), (std::vector<int>{0, 2, 3}));

@@ -349,6 +349,56 @@ TEST(MapBuilder, WhatWasRemovedLeavesNoTrace) {
   EXPECT_EQ(changed.VoxelCount(), fresh.VoxelCount());
 }
 
+TEST(MapBuilder, RemovedEpochLeavesTheOthers) {
+  const std::vector<float> near(90, 2.0F), far(90, 3.0F);
+  PosedScan first = ScanOf(near), second = ScanOf(far);
+  second.epoch = 1;
+  PosedPoints points = SeenFrom({0.0, 0.0, 1.1}, {{1.0, 0.5, 0.6}, {1.5, -0.5, 0.4}});
+  MapBuilder changed{MapBuilderOptions{}}, fresh{MapBuilderOptions{}};
+  changed.InsertScan(first);
+  changed.InsertPoints(points);
+  changed.InsertScan(second);
+  changed.RemoveEpoch(0);
+  changed.RemoveEpoch(7);  // nothing is in there
+  fresh.InsertScan(second);
+  ExpectSame(changed.Grid(), fresh.Grid());
+  EXPECT_EQ(changed.VoxelCount(), fresh.VoxelCount());
+}
+
+TEST(MapBuilder, RangesThatAreNoNumbersSayNothing) {
+  const std::vector<float> ranges(90, std::numeric_limits<float>::quiet_NaN());
+  MapBuilder builder{MapBuilderOptions{}};
+  builder.InsertScan(ScanOf(ranges));
+  EXPECT_EQ(builder.VoxelCount(), 0U);
+}
+
+// The cells of a level scan are found another way than those of rays in space; both have to see the same.
+TEST(MapBuilder, LevelBeamsSeeWhatTheSameBeamsSeeInSpace) {
+  std::mt19937 generator(4);
+  std::uniform_real_distribution<float> range(0.3F, 6.0F);
+  std::vector<float> ranges(360);
+  for (float& r : ranges) r = range(generator);
+  PosedScan level = ScanOf(ranges), in_space = ScanOf(ranges);
+  level.level_height = in_space.T_map_laser.translation.z();
+  in_space.level_height.reset();
+  MapBuilder one{MapBuilderOptions{}}, other{MapBuilderOptions{}};
+  one.InsertScan(level);
+  other.InsertScan(in_space);
+  const auto difference = static_cast<long>(one.VoxelCount()) - static_cast<long>(other.VoxelCount());
+  EXPECT_LE(std::abs(difference), 5) << "beams through a corner of four cells may take either way";
+}
+
+TEST(MapBuilder, PointsOfUnsureDepthOnlyClear) {
+  PosedPoints points = SeenFrom({0.0, 0.0, 1.1}, {{2.0, 0.0, 0.6}});
+  MapBuilderOptions options;
+  points.points[0].depth_sigma = 1.1 * options.visual_hit_sigma;
+  MapBuilder builder{options};
+  for (int i = 0; i < 50; ++i) builder.InsertPoints(points);
+  const OccupancyGrid2d grid = builder.Grid();
+  EXPECT_EQ(std::count(grid.cells.begin(), grid.cells.end(), 100), 0);
+  EXPECT_GT(std::count(grid.cells.begin(), grid.cells.end(), 0), 10);
+}
+
 TEST(MapBuilder, WhatLiesOutsideTheLatticeIsIgnored) {
   MapBuilder builder{MapBuilderOptions{}};
   builder.InsertPoints(SeenFrom({1e5, 0.0, 1.0}, {{1e5 + 1.0, 0.0, 1.0}}));

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "planar_vslam/mapping2d/map_builder.h"
+#include "planar_vslam/mapping2d/sight_line.h"
 
 namespace planar_vslam {
 namespace {
@@ -75,6 +76,21 @@ TEST(Overhang, BlocksTheGridButNotWhereTheRobotDrove) {
   EXPECT_GT(before, 250) << "of the 384 cells that the table covers";
   builder.MarkFootprint({2.0, 1.0});
   EXPECT_LT(occupied(), before);
+}
+
+TEST(LinesThrough, CountsThoseThatPassWithinTheRim) {
+  Overhang face;
+  face.outlines = {{{0.0, 0.0}, {1.0, 0.0}, {1.0, 1.0}, {0.0, 1.0}}};
+  const auto count = [&face](const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+    return LinesThrough({{from, to}}, face, 0.7, 0.1, 0.08);
+  };
+  EXPECT_EQ(count({0.5, 0.5, 1.1}, {0.5, 0.5, 0.0}), 1);
+  EXPECT_EQ(count({-0.5, 0.5, 1.1}, {1.5, 0.5, 0.3}), 1) << "slanting, from outside";
+  EXPECT_EQ(count({0.05, 0.5, 1.1}, {0.05, 0.5, 0.0}), 0) << "at the rim";
+  EXPECT_EQ(count({1.5, 0.5, 1.1}, {1.5, 0.5, 0.0}), 0) << "beside it";
+  EXPECT_EQ(count({0.5, 0.5, 1.1}, {0.5, 0.6, 0.65}), 0) << "ends on it";
+  EXPECT_EQ(count({0.5, 0.5, 1.1}, {3.0, 0.5, 0.9}), 0) << "stays above";
+  EXPECT_EQ(LinesThrough({}, face, 0.7, 0.1, 0.08), 0);
 }
 
 TEST(OverhangOptions, EachBadFieldIsNamed) {

@@ -52,13 +52,17 @@ class NavigationMap {
 
  private:
   struct Evidence;  // what one keyframe says
-  void Integrate(const Evidence& evidence);
-  void TakeOut(const Evidence& evidence);
+  void IntegrateSightings(const Evidence& evidence);
+  void TakeOutSightings(const Evidence& evidence);
   void TakeOut(const std::vector<KeyframeId>& outdated);
+  void TakeOut(int epoch, const std::vector<KeyframeId>& outdated);
+  std::vector<Overhang> Overhangs(const Map& map, const std::map<LandmarkId, double>& accepted) const;
 
   LandmarkAcceptance acceptance_;
   NavigationTolerance tolerance_;
+  double hit_sigma_;  // m
   OverhangOptions overhang_;
+  LeggedOptions legged_;
   MapBuilder builder_;
   std::map<KeyframeId, Evidence> held_;
 };

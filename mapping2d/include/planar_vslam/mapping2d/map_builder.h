@@ -18,6 +18,7 @@
 #include "planar_vslam/geometry/expected.h"
 #include "planar_vslam/geometry/rigid3.h"
 #include "planar_vslam/mapping2d/grid.h"
+#include "planar_vslam/mapping2d/legged.h"
 #include "planar_vslam/mapping2d/overhang.h"
 
 namespace planar_vslam {
@@ -38,6 +39,7 @@ struct MapBuilderOptions {
   double clamp_min = 0.12;         // probability
   double clamp_max = 0.97;
   double visual_range = 6.0;         // m, points farther than this only clear up to it
+  double visual_hit_sigma = 0.05;    // m, points less certain in depth only clear
   double laser_range = 8.0;          // m, never beyond the scan's own range_max
   double floor_tolerance = 0.05;     // m: points and tilted beams that end below it clear only...
   double tilt_sigma_deg = 0.5;       // ...as do points that this error of the camera's tilt can lift from there
@@ -47,6 +49,7 @@ struct MapBuilderOptions {
   double occupied_threshold = 0.65;  // probability from which a voxel is occupied
   double free_threshold = 0.35;      // probability below which a voxel is free
   OverhangOptions overhang;
+  LeggedOptions legged;
 
   std::vector<std::string> Problems() const;
 };
@@ -56,8 +59,7 @@ struct PosedPoint {
   Eigen::Vector3d p_map = Eigen::Vector3d::Zero();
   double depth_sigma = 0.0;  // m, along the ray
 };
-// `epoch` is the stretch of the drive an observation belongs to, from 0 and below 2^24: of two that disagree the later
-// one is believed.
+// `epoch` is the stretch of the drive an observation belongs to: of two that disagree the later one is believed.
 struct PosedPoints {
   Eigen::Vector3d camera_in_map = Eigen::Vector3d::Zero();
   std::vector<PosedPoint> points;
@@ -88,6 +90,8 @@ class MapBuilder {
   void RemovePoints(const PosedPoints& points);
   void RemoveScan(const PosedScan& scan);
   void UnmarkFootprint(const Eigen::Vector2d& base_in_map);
+  // Takes out all points and scans of the epoch, at once: where most of them move, faster than one by one.
+  void RemoveEpoch(int epoch);
   // Horizontal faces that block the cells below them, in place of the ones set before.
   void SetOverhangs(std::vector<Overhang> overhangs);
   const std::vector<Overhang>& overhangs() const;
@@ -97,6 +101,8 @@ class MapBuilder {
   // and no occupied one, unknown elsewhere; cells below an overhang are occupied, footprint cells free. In voxels that
   // scans and points both know the log-odds add. Bounds grow with the content and lie on multiples of the resolution.
   OccupancyGrid2d Grid() const;
+  // What the laser alone saw, at all heights, without footprints.
+  OccupancyGrid2d LaserGrid() const;
   // The fused voxels that are occupied or free, as OctoMap's .bt, or with probabilities where the name ends in .ot.
   Expected<bool> WriteOctomap(const std::filesystem::path& path) const;
   std::size_t VoxelCount() const;  // known to the layers in use
@@ -116,6 +122,12 @@ struct CloudPoint {
 };
 Expected<bool> WritePcd(const std::vector<CloudPoint>& cloud, const std::filesystem::path& path);
 Expected<bool> WritePly(const std::vector<CloudPoint>& cloud, const std::filesystem::path& path);
+
+// One point a cube of `size` m: their mean, with the mean normal and the sum of the intensities. By first occurrence.
+std::vector<CloudPoint> VoxelFiltered(const std::vector<CloudPoint>& cloud, double size);
+// Normals of the planes through the points within `radius`, on the side of the normals before; those with fewer than
+// four others there keep theirs.
+void EstimateNormals(double radius, std::vector<CloudPoint>* cloud);
 
 // Keeps points with at least `min_neighbors` others within `radius` (PCL radius outlier removal): indices kept,
 // ascending.

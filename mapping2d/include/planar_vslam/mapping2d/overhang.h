@@ -15,6 +15,7 @@ struct OverhangOptions {
   double max_tilt_deg = 40.0;  // of that patch: below it a face, above it a side
   double max_gap = 0.60;       // m between points that is filled: no planner leads a robot through
   int min_points = 8;          // of a face
+  int min_sight_lines = 3;     // that pass where a face would be: there is none
 
   std::vector<std::string> Problems() const;
 };
