@@ -12,9 +12,10 @@
 namespace planar_vslam {
 namespace {
 
-constexpr double kSurfaceRadius = 0.20;  // m around a point that tell its surface's direction
-constexpr int kSurfaceReach = 12;        // beams to either side, at most
-constexpr int kMinNeighbors = 4;         // points of a surface
+constexpr double kSurfaceRadius = 0.20;   // m around a point that tell its surface's direction
+constexpr int kSurfaceReach = 12;         // beams to either side, at most
+constexpr int kMinNeighbors = 4;          // points of a surface
+constexpr double kNormalVariance = 1e-3;  // rad^2, of a surface's direction: range noise over the neighbourhood
 // Neighbouring points share their neighbourhoods, and beams a surface's unevenness: about so many count as one.
 constexpr double kCorrelated = 6.0;
 
@@ -29,6 +30,21 @@ std::pair<std::size_t, std::size_t> Neighborhood(const std::vector<Eigen::Vector
   return {first, last};
 }
 
+// Whether the middle of a neighbourhood lies off the line through its ends by more than noise: a round pillar's front.
+bool IsCurved(const std::vector<Eigen::Vector2d>& points, std::size_t first, std::size_t last,
+              const Eigen::Vector2d& mean, const Eigen::Vector2d& normal, double sigma) {
+  constexpr double kSigmas = 2.0;
+  const std::size_t third = (last - first + 1) / 3;
+  double middle = 0.0, ends = 0.0, in_middle = 0.0, at_ends = 0.0;
+  for (std::size_t k = first; k <= last; ++k) {
+    const bool is_middle = k >= first + third && k + third <= last;
+    (is_middle ? middle : ends) += normal.dot(points[k] - mean);
+    (is_middle ? in_middle : at_ends) += 1.0;
+  }
+  if (in_middle == 0.0 || at_ends == 0.0) return false;
+  return std::abs(middle / in_middle - ends / at_ends) > kSigmas * sigma * std::sqrt(1.0 / in_middle + 1.0 / at_ends);
+}
+
 ScanSurface SurfaceAt(const std::vector<Eigen::Vector2d>& points, std::size_t i, double sigma) {
   const auto [first, last] = Neighborhood(points, i);
   const auto count = static_cast<double>(last - first + 1);
@@ -40,6 +56,7 @@ ScanSurface SurfaceAt(const std::vector<Eigen::Vector2d>& points, std::size_t i,
   Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
   for (std::size_t k = first; k <= last; ++k) spread += (points[k] - mean) * (points[k] - mean).transpose();
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(spread / count);
+  if (IsCurved(points, first, last, mean, eigen.eigenvectors().col(0), sigma)) return surface;
   constexpr double kFlat = 1.5;  // sigmas across a surface that is a line
   constexpr double kLong = 3.0;  // times as long as thick
   const double across = std::sqrt(std::max(0.0, eigen.eigenvalues()(0)));
@@ -170,9 +187,12 @@ std::optional<ScanMatch> MatchScans(const PreparedScan& reference, const Prepare
     sum = Linearize(reference, grid, current, T, std::min(options.max_offset, std::max(reach, least_radius)),
                     std::max(reach, near));
     if (sum.on_surface < options.min_points / 2) return std::nullopt;
-    // Damping keeps directions that nothing faces where the guess had them.
-    const double damping = 1e-6 * sum.H.trace();
-    const Eigen::Vector3d step = -(sum.H + damping * Eigen::Matrix3d::Identity()).ldlt().solve(sum.b);
+    // Normals that err by a few hundredths of a radian make a bare wall seem to tell of motion along it. As much as
+    // that is drawn towards the guess, and directions that nothing faces stay where the guess had them.
+    const Eigen::Vector3d anchor(kNormalVariance * sum.weights, kNormalVariance * sum.weights, 1e-6 * sum.H.trace());
+    const Eigen::Vector3d off = LogSe2(guess.Inverse() * T);
+    const Eigen::Vector3d step =
+        -(sum.H + Eigen::Matrix3d(anchor.asDiagonal())).ldlt().solve(sum.b + anchor.cwiseProduct(off));
     T = T * ExpSe2(step);
     const double settled = kConverged * options.range_sigma;
     converged = last_radius && step.dot(sum.H * step) < settled * settled;

@@ -74,9 +74,9 @@ TEST(KeyframeCovariance, IsPositiveDefiniteAndLandmarksOnlyLowerIt) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(with);
   EXPECT_GT(eigen.eigenvalues().minCoeff(), 0.0);
   Map without = world.map;
-  MapEdit erase;
-  for (const auto& [id, landmark] : without.landmarks) erase.emplace_back(EraseLandmark{id});
-  without = Apply(std::move(without), erase);
+  EraseLandmarks all;
+  for (const auto& [id, landmark] : without.landmarks) all.ids.push_back(id);
+  without = Apply(std::move(without), {all});
   EXPECT_LT(with.trace(), KeyframeCovariance(without, last, context).trace());
 }
 
