@@ -10,7 +10,7 @@
 namespace planar_vslam {
 namespace {
 
-constexpr double kSharedFactor = 4.0;      // k above; empirical, by the NEES of simulated runs
+constexpr double kSharedFactor = 4.0;      // k above; a guess that NEES bears out, see BENCHMARK.md
 constexpr std::size_t kMostNeighbors = 6;  // ties by landmarks, a keyframe
 constexpr int kMinShared = 12;
 
