@@ -20,12 +20,14 @@ constexpr double kSpan = 1.0;  // m: a ramp has tilted the robot by then, drift 
 
 double FloorReading::SquaredDistance() const { return error.dot(covariance.ldlt().solve(error)); }
 
-FloorReading ReadFloor(const Rigid3& T_map_base, const Matrix6d& covariance, double sigma_height, double sigma_tilt) {
+FloorReading ReadFloor(Timestamp stamp, const Rigid3& T_map_base, const Matrix6d& covariance, double sigma_height,
+                       double sigma_tilt) {
   Eigen::Matrix<double, 3, 6> J;
   const Eigen::Vector3d whitened = PlanarPriorResidual(T_map_base, sigma_height, sigma_tilt, &J);
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();  // of the tilt, from the base's heading to the map's axes
   turn.bottomRightCorner<2, 2>() = ProjectToPlane(T_map_base).R();
   FloorReading reading;
+  reading.stamp = stamp;
   reading.error = turn * whitened;
   // Residual and Jacobian are divided by the prior's sigmas, so the prior's own covariance is the identity.
   reading.covariance = turn * (J * covariance * J.transpose() + Eigen::Matrix3d::Identity()) * turn.transpose();
@@ -48,17 +50,19 @@ double FloorMonitor::ChangeSquared(const FloorReading& reading) const {
   return change.SquaredDistance();
 }
 
-void FloorMonitor::Add(const FloorReading& reading) {
+std::optional<Timestamp> FloorMonitor::Add(const FloorReading& reading) {
   const double squared = reading.SquaredDistance();
   const bool leaves = squared > kReleaseSquared || ChangeSquared(reading) > kReleaseChangeSquared;
   const bool against = on_floor_ ? leaves : squared < kChi2ThreeDof90;
   streak_ = against ? streak_ + 1 : 0;
-  if (streak_ >= (on_floor_ ? kReleaseAfter : kResumeAfter)) {
-    on_floor_ = !on_floor_;
-    streak_ = 0;
-  }
+  const bool changes = streak_ >= (on_floor_ ? kReleaseAfter : kResumeAfter);
   way_.push_back({reading, WayTo(reading)});
   while (way_.size() > 2 && way_.back().way - way_[1].way >= kSpan) way_.pop_front();
+  if (!changes) return std::nullopt;
+  on_floor_ = !on_floor_;
+  streak_ = 0;
+  if (on_floor_) return std::nullopt;
+  return way_.front().reading.stamp;
 }
 
 }  // namespace planar_vslam

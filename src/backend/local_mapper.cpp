@@ -43,6 +43,14 @@ int FuseWithNeighbors(Map* map, KeyframeId newest, const MapperContext& context)
   return steps + static_cast<int>(edit.size());
 }
 
+SetOffFloor OffFloorSince(const Map& map, Timestamp since) {
+  SetOffFloor off;
+  for (const auto& [id, keyframe] : map.keyframes) {
+    if (keyframe.stamp >= since) off.ids.push_back(id);
+  }
+  return off;
+}
+
 BundleResult WithoutValues(BundleResult result) {
   result.poses.clear();
   result.points.clear();
@@ -77,6 +85,7 @@ MappingOutcome MapKeyframe(Map map, const KeyframeProposal& proposal, const Mapp
   }
   MapEdit arrival{proposal.sightings, AddKeyframe{id, std::move(keyframe)}};
   arrival.insert(arrival.end(), proposal.sweeps.begin(), proposal.sweeps.end());
+  if (proposal.off_floor_since.has_value()) arrival.emplace_back(OffFloorSince(map, *proposal.off_floor_since));
   map = Apply(std::move(map), arrival);
   const MapEdit laser = LinkByLaser(map, id, context.scan_match);
   map = Apply(std::move(map), laser);

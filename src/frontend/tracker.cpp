@@ -149,16 +149,16 @@ bool Tracker::Optimize(const TrackInput& input, const Map& map, const Prediction
   return EnoughInliers(prediction, *result);
 }
 
-void Tracker::TestFloor(const TrackInput& input, const Map& map, const Prediction& prediction,
-                        const TrackResult& result) {
+void Tracker::TestFloor(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result) {
   if (!UsesFloor(map)) return;
-  std::vector<PoseObservation> observations = Observations(input, map, result.matches);
-  PoseOnlyProblem problem = MakeProblem(input, map, prediction, result.T_map_base);
+  std::vector<PoseObservation> observations = Observations(input, map, result->matches);
+  PoseOnlyProblem problem = MakeProblem(input, map, prediction, result->T_map_base);
   problem.floor = PlanarMode::kOff;
-  if (result.odometry_rejected) problem.prior.reset();
+  if (result->odometry_rejected) problem.prior.reset();
   const PoseOnlyResult pose = OptimizePose(problem, &observations);
   const Matrix6d covariance = (pose.information + 1e-6 * Matrix6d::Identity()).inverse();
-  floor_.Add(ReadFloor(pose.T_map_base, covariance, problem.sigma_height, problem.sigma_tilt));
+  result->off_floor_since =
+      floor_.Add(ReadFloor(input.stamp, pose.T_map_base, covariance, problem.sigma_height, problem.sigma_tilt));
 }
 
 bool Tracker::TrackLastFrame(const TrackInput& input, const Map& map, const Prediction& prediction,
@@ -315,7 +315,7 @@ TrackResult Tracker::Track(const TrackInput& input, const Map& map) {
   }
   result.wants_keyframe =
       input.may_make_keyframe && result.status != TrackStatus::kLost && WantsKeyframe(input, map, result);
-  if (result.wants_keyframe && result.inliers > 0) TestFloor(input, map, prediction, result);
+  if (result.wants_keyframe && result.inliers > 0) TestFloor(input, map, prediction, &result);
   result.on_floor = floor_.on_floor();
   Remember(input, map, &result);
   return result;

@@ -35,6 +35,7 @@ class Editor {
   void operator()(const AddSweeps& step);
   void operator()(const AddLaserLinks& step);
   void operator()(const SetKeyframePose& step);
+  void operator()(const SetOffFloor& step);
   void operator()(const SetLandmarkPosition& step);
   void operator()(const CountSightings& step);
   void operator()(const TransformMap& step);
@@ -251,6 +252,12 @@ void Editor::operator()(const SetKeyframePose& step) {
   keyframe->T_map_base = step.T_map_base;
   for (const LandmarkId id : keyframe->landmarks) {
     if (id.valid()) moved_.push_back(id);
+  }
+}
+
+void Editor::operator()(const SetOffFloor& step) {
+  for (const KeyframeId id : step.ids) {
+    if (Keyframe* keyframe = map_.keyframes.Find(id)) keyframe->on_floor = false;
   }
 }
 

@@ -3,7 +3,6 @@
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <utility>
 #include <vector>
 
@@ -88,29 +87,37 @@ double MedianDepth(const Map& map, const Keyframe& keyframe) {
   return std::max(0.1, *middle);
 }
 
-void TieByLandmarks(const Map& map, const BundleContext& context, TieGraph* graph) {
-  // Landmarks in common, counted once over the whole map: [newer keyframe, older keyframe] -> n.
-  std::map<std::pair<KeyframeId, KeyframeId>, int> shared;
-  for (const auto& [id, landmark] : map.landmarks) {
-    for (std::size_t a = 1; a < landmark.observations.size(); ++a) {
-      for (std::size_t b = 0; b < a; ++b)
-        ++shared[{landmark.observations[a].keyframe, landmark.observations[b].keyframe}];
+// The keyframes before this one that share most landmarks with it, [landmarks in common, keyframe]. `shared` is scratch
+// of a zero per keyframe id.
+std::vector<std::pair<int, KeyframeId>> SharingBefore(const Map& map, KeyframeId id, std::vector<int>* shared) {
+  for (const LandmarkId landmark : map.keyframes.At(id).landmarks) {
+    if (!landmark.valid()) continue;
+    for (const Observation& o : map.landmarks.At(landmark).observations) {
+      if (!(o.keyframe < id)) break;  // in order of keyframes
+      ++(*shared)[o.keyframe.value];
     }
   }
-  for (auto it = shared.begin(); it != shared.end();) {
-    const KeyframeId newer = it->first.first;
-    std::vector<std::pair<int, KeyframeId>> neighbors;
-    for (; it != shared.end() && it->first.first == newer; ++it) {
-      if (it->second >= kMinShared) neighbors.emplace_back(-it->second, it->first.second);
-    }
-    std::sort(neighbors.begin(), neighbors.end());
-    if (neighbors.size() > kMostNeighbors) neighbors.resize(kMostNeighbors);
-    const double depth = MedianDepth(map, map.keyframes.At(newer));
-    for (const auto& [minus_count, older] : neighbors) {
-      const double heading = kSharedFactor * context.options.pixel_sigma /
-                             (context.camera.fx * std::sqrt(static_cast<double>(-minus_count)));
+  std::vector<std::pair<int, KeyframeId>> neighbors;
+  for (std::uint32_t other = 0; other < id.value; ++other) {
+    const int count = std::exchange((*shared)[other], 0);
+    if (count >= kMinShared) neighbors.emplace_back(count, KeyframeId{other});
+  }
+  std::stable_sort(neighbors.begin(), neighbors.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  if (neighbors.size() > kMostNeighbors) neighbors.resize(kMostNeighbors);
+  return neighbors;
+}
+
+void TieByLandmarks(const Map& map, const BundleContext& context, TieGraph* graph) {
+  std::vector<int> shared(map.next_keyframe_id, 0);
+  for (const auto& [id, keyframe] : map.keyframes) {
+    const std::vector<std::pair<int, KeyframeId>> neighbors = SharingBefore(map, id, &shared);
+    if (neighbors.empty()) continue;
+    const double depth = MedianDepth(map, keyframe);
+    for (const auto& [count, older] : neighbors) {
+      const double heading =
+          kSharedFactor * context.options.pixel_sigma / (context.camera.fx * std::sqrt(static_cast<double>(count)));
       const Eigen::Vector3d sigma(depth * heading, depth * heading, heading);
-      graph->Tie(older, newer, sigma.cwiseAbs2().asDiagonal());
+      graph->Tie(older, id, sigma.cwiseAbs2().asDiagonal());
     }
   }
 }

@@ -75,6 +75,15 @@ TEST_F(MapKeyframeTest, AddsTheKeyframeWithMatchesAndOdometryLink) {
       << "a report carries no values";
 }
 
+TEST_F(MapKeyframeTest, WithdrawsTheFloorFromKeyframesMadeSinceItWasLeft) {
+  KeyframeProposal proposal = Proposal();
+  proposal.keyframe.on_floor = false;
+  const auto last = std::prev(map_.keyframes.end());
+  proposal.off_floor_since = last->second.stamp;
+  const Map mapped = MapKeyframe(map_, proposal, context_).map;
+  for (const auto& [id, keyframe] : mapped.keyframes) EXPECT_EQ(keyframe.on_floor, id < last->first) << id.value;
+}
+
 TEST_F(MapKeyframeTest, WorksWithoutOdometry) {
   KeyframeProposal proposal = Proposal();
   proposal.odometry.reset();

@@ -203,6 +203,12 @@ TEST_F(MapEditTest, StepsNamingIdsThatAreGoneArePassedOver) {
   EXPECT_TRUE(Equal(map_, before));
 }
 
+TEST_F(MapEditTest, SetOffFloorTakesTheNamedOnesOffTheFloor) {
+  Change({SetOffFloor{{K(1), K(9)}}});
+  EXPECT_TRUE(map_.keyframes.At(K(0)).on_floor);
+  EXPECT_FALSE(map_.keyframes.At(K(1)).on_floor);
+}
+
 TEST_F(MapEditTest, CountSightingsCountsRepeats) {
   Change({CountSightings{{L(2), L(0), L(2)}, {L(2)}}});
   EXPECT_EQ(map_.landmarks.At(L(2)).predicted_visible, 3U);

@@ -111,7 +111,7 @@ MapEdit RandomEditor::Write(int steps) {
 }
 
 MapEditStep RandomEditor::RandomStep() {
-  switch (RandomIndex(generator_, 16)) {
+  switch (RandomIndex(generator_, 17)) {
     case 0:
     case 1:
       return NewKeyframe();
@@ -146,6 +146,8 @@ MapEditStep RandomEditor::RandomStep() {
     case 14:
       return AddLaserLinks{AnyKeyframe(),
                            {{AnyKeyframe(), RandomOdometry(generator_)}, {AnyKeyframe(), RandomOdometry(generator_)}}};
+    case 15:
+      return SetOffFloor{{AnyKeyframe(), AnyKeyframe()}};
     default: {
       if (alive_.empty()) return SetMetric{};
       const auto [keyframe, keypoints] = alive_[RandomIndex(generator_, alive_.size())];

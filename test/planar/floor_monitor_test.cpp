@@ -12,10 +12,11 @@ namespace {
 
 constexpr double kSigmaHeight = 0.01;                 // m
 constexpr double kSigmaTilt = DegreesToRadians(0.5);  // rad
+Timestamp StampAt(double way) { return Timestamp::FromSeconds(10.0 * way); }
 // A pose `way` metres along x, this high and rolled, estimated without error.
 FloorReading At(double way, double height, double roll = 0.0) {
   const Rigid3 pose(ExpSo3(Eigen::Vector3d(roll, 0.0, 0.0)), Eigen::Vector3d(way, 0.0, height));
-  return ReadFloor(pose, Matrix6d::Zero(), kSigmaHeight, kSigmaTilt);
+  return ReadFloor(StampAt(way), pose, Matrix6d::Zero(), kSigmaHeight, kSigmaTilt);
 }
 
 TEST(FloorMonitor, ReleasesOnARampWithinItsFirstMetre) {
@@ -27,6 +28,19 @@ TEST(FloorMonitor, ReleasesOnARampWithinItsFirstMetre) {
     monitor.Add(At(way, (way - 3.0) * std::tan(DegreesToRadians(5.0)), DegreesToRadians(5.0)));
   }
   EXPECT_LT(way, 4.0);
+}
+
+TEST(FloorMonitor, ReleasesFromTheFootOfTheRampOn) {
+  FloorMonitor monitor;
+  std::optional<Timestamp> since;
+  for (double way = 0.0; way < 6.0 && !since.has_value(); way += 0.1) {
+    const double climbed = std::max(0.0, way - 3.0) * std::tan(DegreesToRadians(5.0));
+    since = monitor.Add(At(way, climbed, climbed > 0.0 ? DegreesToRadians(5.0) : 0.0));
+    EXPECT_EQ(since.has_value(), !monitor.on_floor());
+  }
+  ASSERT_TRUE(since.has_value());
+  EXPECT_LE(*since, StampAt(3.05));
+  EXPECT_GE(*since, StampAt(1.95));
 }
 
 TEST(FloorMonitor, StaysWhereAMapBendsSlowly) {
@@ -63,15 +77,16 @@ TEST(FloorReading, IsZeroForAnyPoseOnTheFloor) {
   std::mt19937 generator(5);
   for (int i = 0; i < 20; ++i) {
     const Rigid3 pose = Embed3(test::RandomRigid2(generator, 5.0));
-    EXPECT_NEAR(ReadFloor(pose, 1e-4 * Matrix6d::Identity(), kSigmaHeight, kSigmaTilt).SquaredDistance(), 0.0, 1e-9);
+    EXPECT_NEAR(ReadFloor({}, pose, 1e-4 * Matrix6d::Identity(), kSigmaHeight, kSigmaTilt).SquaredDistance(), 0.0,
+                1e-9);
   }
 }
 
 TEST(FloorReading, CountsHeightInSigmas) {
   const Rigid3 raised(Eigen::Quaterniond::Identity(), Eigen::Vector3d(1.0, 2.0, 3.0 * kSigmaHeight));
-  EXPECT_NEAR(ReadFloor(raised, Matrix6d::Zero(), kSigmaHeight, kSigmaTilt).SquaredDistance(), 9.0, 1e-9);
+  EXPECT_NEAR(ReadFloor({}, raised, Matrix6d::Zero(), kSigmaHeight, kSigmaTilt).SquaredDistance(), 9.0, 1e-9);
   const Matrix6d unsure = Matrix6d::Identity() * 8.0 * kSigmaHeight * kSigmaHeight;
-  EXPECT_NEAR(ReadFloor(raised, unsure, kSigmaHeight, kSigmaTilt).SquaredDistance(), 1.0, 1e-9);
+  EXPECT_NEAR(ReadFloor({}, raised, unsure, kSigmaHeight, kSigmaTilt).SquaredDistance(), 1.0, 1e-9);
 }
 
 // Poses on a floor as rough as the sigmas say, estimated with a known covariance: d^2 is chi-square with 3 dof.
@@ -93,7 +108,8 @@ TEST(FloorReading, IsChiSquareOnTheFloor) {
     truth.translation.z() += kSigmaHeight * normal(generator);
     Vector6d sample;
     for (int k = 0; k < 6; ++k) sample[k] = normal(generator);
-    const double d = ReadFloor(truth * ExpSe3(root * sample), covariance, kSigmaHeight, kSigmaTilt).SquaredDistance();
+    const double d =
+        ReadFloor({}, truth * ExpSe3(root * sample), covariance, kSigmaHeight, kSigmaTilt).SquaredDistance();
     sum += d;
     beyond += d > 6.251 ? 1 : 0;  // chi-square, 3 dof, 90 %
   }

@@ -45,6 +45,7 @@ struct KeyframeProposal {
   std::optional<PreintegratedOdometry> odometry;  // since the keyframe proposed before
   CountSightings sightings;                       // since the proposal before
   std::vector<AddSweeps> sweeps;                  // likewise
+  std::optional<Timestamp> off_floor_since;       // keyframes from then on were not on the floor
 };
 
 // Where a culled keyframe was, relative to one that remains: trajectories are re-anchored with it.

@@ -72,7 +72,8 @@ struct TrackResult {
   bool wants_keyframe = false;
   bool jumped = false;   // found far from where the frames before led: no motion leads here from them
   bool on_floor = true;  // whether the floor prior took part
-  FrameMatches matches;  // inliers only
+  std::optional<Timestamp> off_floor_since;  // the floor was left, as this frame tells, then (floor_monitor.h)
+  FrameMatches matches;                      // inliers only
 };
 
 class Tracker {
@@ -132,7 +133,7 @@ class Tracker {
                               const Rigid3& start) const;
   std::vector<PoseObservation> Observations(const TrackInput& input, const Map& map, const FrameMatches& matches) const;
   bool UsesFloor(const Map& map) const;
-  void TestFloor(const TrackInput& input, const Map& map, const Prediction& prediction, const TrackResult& result);
+  void TestFloor(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result);
   bool EnoughInliers(const Prediction& prediction, const TrackResult& result) const;
   bool WantsKeyframe(const TrackInput& input, const Map& map, const TrackResult& result) const;
   void Remember(const TrackInput& input, const Map& map, TrackResult* result);

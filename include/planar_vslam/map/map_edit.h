@@ -60,6 +60,10 @@ struct SetKeyframePose {
   KeyframeId id;
   Rigid3 T_map_base;
 };
+// The floor prior is withdrawn from keyframes that turned out not to have been on the floor.
+struct SetOffFloor {
+  std::vector<KeyframeId> ids;
+};
 struct SetLandmarkPosition {
   LandmarkId id;
   Eigen::Vector3d p_map;
@@ -80,7 +84,7 @@ struct SetMetric {
 };
 
 using MapEditStep = std::variant<AddKeyframe, AddLandmark, AddObservation, EraseObservation, EraseLandmarks,
-                                 EraseKeyframe, MergeLandmarks, AddSweeps, AddLaserLinks, SetKeyframePose,
+                                 EraseKeyframe, MergeLandmarks, AddSweeps, AddLaserLinks, SetKeyframePose, SetOffFloor,
                                  SetLandmarkPosition, CountSightings, TransformMap, SetMetric>;
 using MapEdit = std::vector<MapEditStep>;
 

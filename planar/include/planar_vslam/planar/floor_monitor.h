@@ -7,27 +7,34 @@
 // d^2 = e^T S^-1 e and d'^2 are chi-square with 3 dof on the floor. A map bends slowly by itself, which passes any
 // narrow limit on d^2 in time but none on d'^2; a ramp or sill passes d'^2 at once, a street of slow grades only a wide
 // d^2.
+// A release is noticed late: the prior has bent what was mapped since the ramp's foot by then, so it is withdrawn from
+// the poses of the last metre as well.
 #include <deque>
+#include <optional>
 
 #include "planar_vslam/geometry/rigid3.h"
+#include "planar_vslam/sensor/timestamp.h"
 
 namespace planar_vslam {
 
 // A pose estimated without the floor prior, against the plane.
 struct FloorReading {
+  Timestamp stamp;
   Eigen::Vector3d error = Eigen::Vector3d::Zero();           // e, tilt in the map's axes
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();  // S, likewise
   Eigen::Vector2d place = Eigen::Vector2d::Zero();           // m, x and y in the map
 
   double SquaredDistance() const;
 };
-FloorReading ReadFloor(const Rigid3& T_map_base, const Matrix6d& covariance, double sigma_height, double sigma_tilt);
+FloorReading ReadFloor(Timestamp stamp, const Rigid3& T_map_base, const Matrix6d& covariance, double sigma_height,
+                       double sigma_tilt);
 
 class FloorMonitor {
  public:
   // Takes the next pose. Released after three in a row whose d' is beyond 7 sigma or whose d is beyond 11; on the floor
-  // again after ten in a row whose d is within the 90 % limit.
-  void Add(const FloorReading& reading);
+  // again after ten in a row whose d is within the 90 % limit. When it is released just now, the time from which on
+  // poses should not be held to the floor.
+  std::optional<Timestamp> Add(const FloorReading& reading);
   bool on_floor() const { return on_floor_; }
 
  private:
