@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "planar_vslam/optimize/map_uncertainty.h"
 #include "stages.h"
 
 namespace planar_vslam {
@@ -108,7 +107,7 @@ MappingOutcome MapKeyframe(Map map, const KeyframeProposal& proposal, const Mapp
   map = Apply(std::move(map), ToEdit(bundle));
   report.bundle = WithoutValues(bundle);
 
-  if (map.metric) report.covariance = KeyframeCovariance(map, id, context.bundle);
+  if (map.metric) report.covariance = KeyframeCovariance(map, id, context.bundle, context.systematic);
 
   const MapEdit redundant = CullKeyframes(map, id, o, &report.keyframes_culled);
   map = Apply(std::move(map), redundant);

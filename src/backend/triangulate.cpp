@@ -60,9 +60,27 @@ Eigen::Matrix3d FundamentalMatrix(const View& a, const View& b) {
   return K_inverse.transpose() * Skew(T_b_a.translation) * T_b_a.R() * K_inverse;
 }
 
+// A keypoint as the search along an epipolar line asks for it.
+struct EpipolarCandidate {
+  Eigen::Vector2f pixel;
+  float squared_limit;  // px^2, of its distance from the line
+  int keypoint;
+};
+std::vector<EpipolarCandidate> UnmatchedCandidates(const View& view) {
+  std::vector<EpipolarCandidate> candidates;
+  candidates.reserve(view.unmatched.size());
+  for (const int j : view.unmatched) {
+    const Keypoint& k = view.keypoint(j);
+    const double sigma = view.sigma(k);
+    candidates.push_back({k.pixel, static_cast<float>(kChi2OneDof95 * sigma * sigma), j});
+  }
+  return candidates;
+}
+
 // Best unmatched keypoint of `b` near the epipolar line of keypoint `i` of `a`; one-to-one by smaller distance.
 std::vector<FeatureMatch> MatchAlongEpipolarLines(const View& a, const View& b, int max_distance) {
   const Eigen::Matrix3d F = FundamentalMatrix(a, b);
+  const std::vector<EpipolarCandidate> candidates = UnmatchedCandidates(b);
   std::vector<FeatureMatch> best_of_b(b.keyframe.features->keypoints.size());
   for (const int i : a.unmatched) {
     const Eigen::Vector2f& u = a.keypoint(i).pixel;
@@ -70,13 +88,11 @@ std::vector<FeatureMatch> MatchAlongEpipolarLines(const View& a, const View& b, 
     const float norm = line.head<2>().squaredNorm();
     if (norm <= 0.0F) continue;
     FeatureMatch best{i, -1, max_distance + 1};
-    for (const int j : b.unmatched) {
-      const Keypoint& k = b.keypoint(j);
-      const float distance = line.x() * k.pixel.x() + line.y() * k.pixel.y() + line.z();
-      const auto sigma = static_cast<float>(b.sigma(k));
-      if (distance * distance > static_cast<float>(kChi2OneDof95) * sigma * sigma * norm) continue;
-      const int bits = HammingDistance(a.descriptor(i), b.descriptor(j));
-      if (bits < best.distance) best = {i, j, bits};
+    for (const EpipolarCandidate& c : candidates) {
+      const float distance = line.x() * c.pixel.x() + line.y() * c.pixel.y() + line.z();
+      if (distance * distance > c.squared_limit * norm) continue;
+      const int bits = HammingDistance(a.descriptor(i), b.descriptor(c.keypoint));
+      if (bits < best.distance) best = {i, c.keypoint, bits};
     }
     if (best.second < 0) continue;
     FeatureMatch& holder = best_of_b[static_cast<std::size_t>(best.second)];

@@ -10,31 +10,60 @@ namespace planar_vslam {
 namespace {
 
 constexpr double kSharedFactor = 4.0;      // k above; a guess that NEES bears out, see BENCHMARK.md
+constexpr double kAlong = 0.03;            // share of the way between two keyframes that landmarks leave open
 constexpr std::size_t kMostNeighbors = 6;  // ties by landmarks, a keyframe
 constexpr int kMinShared = 12;
 
+enum class Source { kWheels, kLaser, kLandmarks };
+
+// Covariance of (r, phi) in the frame of i, as links hold it, as one of the right tangent at j.
+Eigen::Matrix3d AtEnd(const OdometryLink& link, const Eigen::Matrix3d& covariance) {
+  Eigen::Matrix3d B = Eigen::Matrix3d::Identity();
+  B.topLeftCorner<2, 2>() = link.odometry.T_i_j.R();
+  return B.transpose() * covariance * B;
+}
+
 class TieGraph {
  public:
-  explicit TieGraph(const Map& map) {
+  TieGraph(const Map& map, const SystematicErrors& systematic) {
     for (const auto& [id, keyframe] : map.keyframes) {
       ids_.push_back(id);
       poses_.push_back(ProjectToPlane(keyframe.T_map_base));
     }
+    for (const double sigma : {systematic.wheels, systematic.laser}) {
+      const auto at = static_cast<int>(3 * ids_.size() + entries_.size());
+      entries_.emplace_back(at, at, 1.0 / (sigma * sigma));
+    }
   }
 
-  // A relative pose with covariance of the right tangent at j.
-  void Tie(KeyframeId from, KeyframeId to, const Eigen::Matrix3d& covariance) {
-    const Eigen::Matrix3d W = covariance.inverse();
-    const std::size_t i = IndexOf(from), j = IndexOf(to);
-    const Eigen::Matrix3d J_i = -AdjointSe2((poses_[i].Inverse() * poses_[j]).Inverse());
-    Add(i, i, J_i.transpose() * W * J_i);
-    Add(j, j, W);
-    Add(i, j, J_i.transpose() * W);
-    Add(j, i, W * J_i);
+  void Tie(const OdometryLink& link, KeyframeId to, const OdometryNoise& noise, Source source) {
+    Tie(IndexOf(link.from), IndexOf(to), AtEnd(link, CovarianceWithFloor(link.odometry, noise)), source);
   }
+
+  // A relative pose of keyframes, by index in the map, with covariance of the right tangent at j.
+  void Tie(std::size_t i, std::size_t j, const Eigen::Matrix3d& covariance, Source source) {
+    const Rigid2 T_j_i = Between(j, i);
+    std::vector<std::size_t> columns = {3 * i, 3 * i + 1, 3 * i + 2, 3 * j, 3 * j + 1, 3 * j + 2};
+    Eigen::Matrix<double, 3, 7> J = Eigen::Matrix<double, 3, 7>::Zero();
+    J.leftCols<3>() = -AdjointSe2(T_j_i);
+    J.middleCols<3>(3).setIdentity();
+    if (source != Source::kLandmarks) {
+      columns.push_back(3 * ids_.size() + static_cast<std::size_t>(source));
+      J.rightCols<1>().head<2>() = T_j_i.translation;  // -R_i_j^T t_i_j
+    }
+    const Eigen::Matrix<double, 7, 7> H = J.transpose() * covariance.inverse() * J;
+    for (std::size_t r = 0; r < columns.size(); ++r) {
+      for (std::size_t c = 0; c < columns.size(); ++c) {
+        entries_.emplace_back(static_cast<int>(columns[r]), static_cast<int>(columns[c]),
+                              H(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c)));
+      }
+    }
+  }
+
+  Rigid2 Between(std::size_t i, std::size_t j) const { return poses_[i].Inverse() * poses_[j]; }
 
   Eigen::Matrix3d CovarianceOf(KeyframeId id) const {
-    const auto size = static_cast<Eigen::Index>(3 * ids_.size());
+    const auto size = static_cast<Eigen::Index>(3 * ids_.size() + 2);
     Eigen::SparseMatrix<double> H(size, size);
     std::vector<Eigen::Triplet<double>> entries = entries_;
     constexpr double kFixed = 1e12, kLoose = 1e-6;  // a keyframe nothing ties is unknown, not an error
@@ -53,88 +82,90 @@ class TieGraph {
   std::size_t IndexOf(KeyframeId id) const {
     return static_cast<std::size_t>(std::lower_bound(ids_.begin(), ids_.end(), id) - ids_.begin());
   }
-  void Add(std::size_t i, std::size_t j, const Eigen::Matrix3d& block) {
-    for (int r = 0; r < 3; ++r) {
-      for (int c = 0; c < 3; ++c) {
-        entries_.emplace_back(static_cast<int>(3 * i) + r, static_cast<int>(3 * j) + c, block(r, c));
+
+  std::vector<KeyframeId> ids_;
+  std::vector<Rigid2> poses_;
+  std::vector<Eigen::Triplet<double>> entries_;  // of H: a pose's three, one after the other, then a share a source
+};
+
+// What keyframes, by index in the map, see in common.
+struct Sightings {
+  explicit Sightings(const Map& map) : keyframes(map.keyframes.size()), shared(keyframes * keyframes, 0) {
+    std::vector<std::size_t> index_of(map.next_keyframe_id, 0);
+    std::vector<Rigid3> T_camera_map;
+    for (const auto& [id, keyframe] : map.keyframes) {
+      index_of[id.value] = T_camera_map.size();
+      T_camera_map.push_back(keyframe.T_map_camera().Inverse());
+    }
+    seen.assign(keyframes, 0);
+    inverse_depths.assign(keyframes, 0.0);
+    std::vector<std::size_t> observers;  // ascending, as observations are
+    for (const auto& [id, landmark] : map.landmarks) {
+      observers.clear();
+      for (const Observation& o : landmark.observations) {
+        const std::size_t at = index_of[o.keyframe.value];
+        constexpr double kNearest = 0.1;  // m
+        inverse_depths[at] += 1.0 / std::max(kNearest, (T_camera_map[at] * landmark.p_map).z());
+        ++seen[at];
+        for (const std::size_t older : observers) ++shared[at * keyframes + older];
+        observers.push_back(at);
       }
     }
   }
 
-  std::vector<KeyframeId> ids_;
-  std::vector<Rigid2> poses_;
-  std::vector<Eigen::Triplet<double>> entries_;
+  // The keyframes before this one that share most landmarks with it, [landmarks in common, index].
+  std::vector<std::pair<int, std::size_t>> SharingBefore(std::size_t newer) const {
+    std::vector<std::pair<int, std::size_t>> neighbors;
+    for (std::size_t older = 0; older < newer; ++older) {
+      const int count = shared[newer * keyframes + older];
+      if (count >= kMinShared) neighbors.emplace_back(count, older);
+    }
+    std::stable_sort(neighbors.begin(), neighbors.end(),
+                     [](const auto& a, const auto& b) { return a.first > b.first; });
+    if (neighbors.size() > kMostNeighbors) neighbors.resize(kMostNeighbors);
+    return neighbors;
+  }
+
+  std::size_t keyframes;
+  std::vector<int> shared;             // keyframes x keyframes, newer by older
+  std::vector<int> seen;               // landmarks
+  std::vector<double> inverse_depths;  // 1/m, their sum
 };
 
-// Covariance of (r, phi) in the frame of i, as links hold it, as one of the right tangent at j.
-Eigen::Matrix3d AtEnd(const OdometryLink& link, const Eigen::Matrix3d& covariance) {
-  Eigen::Matrix3d B = Eigen::Matrix3d::Identity();
-  B.topLeftCorner<2, 2>() = link.odometry.T_i_j.R();
-  return B.transpose() * covariance * B;
-}
-
-double MedianDepth(const Map& map, const Keyframe& keyframe) {
-  const Rigid3 T_camera_map = keyframe.T_map_camera().Inverse();
-  std::vector<double> depths;
-  for (const LandmarkId id : keyframe.landmarks) {
-    const Landmark* landmark = id.valid() ? map.landmarks.Find(id) : nullptr;
-    if (landmark != nullptr) depths.push_back((T_camera_map * landmark->p_map).z());
-  }
-  constexpr double kUnknown = 5.0;  // m
-  if (depths.empty()) return kUnknown;
-  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-  std::nth_element(depths.begin(), middle, depths.end());
-  return std::max(0.1, *middle);
-}
-
-// The keyframes before this one that share most landmarks with it, [landmarks in common, keyframe]. `shared` is scratch
-// of a zero per keyframe id.
-std::vector<std::pair<int, KeyframeId>> SharingBefore(const Map& map, KeyframeId id, std::vector<int>* shared) {
-  for (const LandmarkId landmark : map.keyframes.At(id).landmarks) {
-    if (!landmark.valid()) continue;
-    for (const Observation& o : map.landmarks.At(landmark).observations) {
-      if (!(o.keyframe < id)) break;  // in order of keyframes
-      ++(*shared)[o.keyframe.value];
-    }
-  }
-  std::vector<std::pair<int, KeyframeId>> neighbors;
-  for (std::uint32_t other = 0; other < id.value; ++other) {
-    const int count = std::exchange((*shared)[other], 0);
-    if (count >= kMinShared) neighbors.emplace_back(count, KeyframeId{other});
-  }
-  std::stable_sort(neighbors.begin(), neighbors.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
-  if (neighbors.size() > kMostNeighbors) neighbors.resize(kMostNeighbors);
-  return neighbors;
+// Of a tie by `count` landmarks in common, the right tangent at the newer keyframe; `way` from there to the older one.
+Eigen::Matrix3d LandmarkCovariance(int count, int seen, double depth, const Eigen::Vector2d& way,
+                                   const BundleContext& context) {
+  const double n = count;
+  const double heading = kSharedFactor * context.options.pixel_sigma / (context.camera.fx * std::sqrt(n)) * seen / n;
+  const double position = depth * heading;
+  Eigen::Matrix3d covariance = Eigen::Vector3d(position, position, heading).cwiseAbs2().asDiagonal();
+  covariance.topLeftCorner<2, 2>() += kAlong * kAlong * way * way.transpose();
+  return covariance;
 }
 
 void TieByLandmarks(const Map& map, const BundleContext& context, TieGraph* graph) {
-  std::vector<int> shared(map.next_keyframe_id, 0);
-  for (const auto& [id, keyframe] : map.keyframes) {
-    const std::vector<std::pair<int, KeyframeId>> neighbors = SharingBefore(map, id, &shared);
-    if (neighbors.empty()) continue;
-    const double depth = MedianDepth(map, keyframe);
-    for (const auto& [count, older] : neighbors) {
-      const double heading =
-          kSharedFactor * context.options.pixel_sigma / (context.camera.fx * std::sqrt(static_cast<double>(count)));
-      const Eigen::Vector3d sigma(depth * heading, depth * heading, heading);
-      graph->Tie(older, id, sigma.cwiseAbs2().asDiagonal());
+  const Sightings sightings(map);
+  for (std::size_t newer = 0; newer < sightings.keyframes; ++newer) {
+    const double depth = sightings.seen[newer] / sightings.inverse_depths[newer];
+    for (const auto& [count, older] : sightings.SharingBefore(newer)) {
+      const Eigen::Vector2d way = graph->Between(newer, older).translation;
+      graph->Tie(older, newer, LandmarkCovariance(count, sightings.seen[newer], depth, way, context),
+                 Source::kLandmarks);
     }
   }
 }
 
 }  // namespace
 
-Eigen::Matrix3d KeyframeCovariance(const Map& map, KeyframeId id, const BundleContext& context) {
+Eigen::Matrix3d KeyframeCovariance(const Map& map, KeyframeId id, const BundleContext& context,
+                                   const SystematicErrors& systematic) {
   if (map.keyframes.empty() || map.keyframes.begin()->first == id) return Eigen::Matrix3d::Zero();
-  TieGraph graph(map);
+  TieGraph graph(map, systematic);
   for (const auto& [to, keyframe] : map.keyframes) {
     if (context.options.use_odometry && keyframe.odometry_link.has_value()) {
-      const OdometryLink& link = *keyframe.odometry_link;
-      graph.Tie(link.from, to, AtEnd(link, CovarianceWithFloor(link.odometry, context.odometry_noise)));
+      graph.Tie(*keyframe.odometry_link, to, context.odometry_noise, Source::kWheels);
     }
-    for (const OdometryLink& link : keyframe.laser_links) {
-      graph.Tie(link.from, to, AtEnd(link, CovarianceWithFloor(link.odometry, context.odometry_noise)));
-    }
+    for (const OdometryLink& link : keyframe.laser_links) graph.Tie(link, to, context.odometry_noise, Source::kLaser);
   }
   TieByLandmarks(map, context, &graph);
   return graph.CovarianceOf(id);

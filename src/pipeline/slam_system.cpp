@@ -283,7 +283,8 @@ void SlamSystem::Propose(const FramePacket& packet, const FrameFeaturesPtr& feat
 
   auto task = std::make_shared<std::packaged_task<MappingOutcome()>>(
       [snapshot = map_, proposal = std::move(proposal),
-       context = MapperContext{bundle_, options_.mapper, options_.scan_match}] {
+       context = MapperContext{
+           bundle_, options_.mapper, options_.scan_match, {options_.scale.wheel_sigma, options_.scale.laser_sigma}}] {
         return MapKeyframe(*snapshot, proposal, context);
       });
   pending_ = Pending{task->get_future(), packet.image.stamp, result.T_map_base};

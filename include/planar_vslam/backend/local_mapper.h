@@ -8,6 +8,7 @@
 #include "planar_vslam/map/map.h"
 #include "planar_vslam/map/map_edit.h"
 #include "planar_vslam/optimize/bundle_adjustment.h"
+#include "planar_vslam/optimize/map_uncertainty.h"
 #include "planar_vslam/planar/scan_matching.h"
 
 namespace planar_vslam {
@@ -36,6 +37,7 @@ struct MapperContext {
   BundleContext bundle;
   LocalMapperOptions options;
   ScanMatchOptions scan_match;
+  SystematicErrors systematic = {};
 };
 
 // A tracked frame to be made a keyframe. `keyframe.landmarks` holds the tracker's matches; its odometry link is made

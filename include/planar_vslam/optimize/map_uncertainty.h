@@ -4,9 +4,16 @@
 // from the chain of everything that ties keyframes together. Each tie between keyframes i and j is a relative pose with
 // information W, and with  e = Log(T_i_j^-1 T_map_i^-1 T_map_j),  de/dd_j = I,  de/dd_i = -Ad(T_i_j^-1):
 //   H = sum J^T W J,  the first keyframe fixed;  the covariance is the keyframe's block of H^-1.
-// Ties are odometry and laser links with their own covariance, and landmarks in common: n of them at a depth z tell a
-// heading to  k sigma_px / (f sqrt(n))  and a position to z times that. The factor k makes up for what neighbours'
-// ties share: they are no independent measurements, as they come from the same landmarks.
+// Ties are
+//   - odometry and laser links with their own covariance, and what each source reads long throughout, a share b of
+//   every
+//     motion it measured: unknowns of H beside the poses, with  de/db = -R_i_j^T t_i_j  and a prior of their own;
+//   - landmarks in common. n of them, of N that j sees, at a depth z tell a heading to
+//       sigma = k sigma_px / (f sqrt(n)) * N / n
+//     and a position to z sigma, along the way between the two to a share of its length besides, which one camera does
+//     not measure. The factor k makes up for what neighbours' ties share: they are no independent measurements, as they
+//     come from the same landmarks. N / n: a pose goes with the majority of what it sees, so a few landmarks of an old
+//     place do not bring it back there.
 #include <Eigen/Core>
 
 #include "planar_vslam/map/map.h"
@@ -14,7 +21,14 @@
 
 namespace planar_vslam {
 
+// Shares by which a source of motion may read wrong throughout.
+struct SystematicErrors {
+  double wheels = 0.005;
+  double laser = 0.0003;
+};
+
 // `map` metric. Zero for the first keyframe.
-Eigen::Matrix3d KeyframeCovariance(const Map& map, KeyframeId id, const BundleContext& context);
+Eigen::Matrix3d KeyframeCovariance(const Map& map, KeyframeId id, const BundleContext& context,
+                                   const SystematicErrors& systematic);
 
 }  // namespace planar_vslam
