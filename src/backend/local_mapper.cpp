@@ -63,6 +63,8 @@ std::vector<std::string> LocalMapperOptions::Problems() const {
   std::vector<std::string> problems;
   if (triangulation_neighbors < 1) problems.emplace_back("triangulation_neighbors must be at least 1");
   if (window < 1) problems.emplace_back("window must be at least 1");
+  if (wide_window < window) problems.emplace_back("wide_window must be at least window");
+  if (wide_every < 1) problems.emplace_back("wide_every must be at least 1");
   if (young_map < 0) problems.emplace_back("young_map must be at least 0");
   if (max_fixed < 1) problems.emplace_back("max_fixed must be at least 1");
   if (!(min_parallax > 0.0)) problems.emplace_back("min_parallax must be positive (rad)");

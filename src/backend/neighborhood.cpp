@@ -61,8 +61,12 @@ std::vector<KeyframeId> WithNearby(const Map& map, KeyframeId id, std::vector<Ke
 BundleRequest LocalRequest(const Map& map, KeyframeId newest, const LocalMapperOptions& options) {
   // A young map is the ruler of all that follows: while it fits into a window, none of it is fixed but its origin.
   if (map.keyframes.size() <= static_cast<std::size_t>(options.young_map)) return WholeMapRequest(map);
+  // What a narrow window holds fixed at its border has drifted; a wide one now and then takes that drift out, and lets
+  // an old place that is seen again pull at all that came since.
+  const bool wide = newest.value % static_cast<std::uint32_t>(options.wide_every) == 0;
   BundleRequest request;
-  request.free_keyframes = Neighbors(map, newest, options.window, options.link_neighbors, options.min_shared);
+  request.free_keyframes = Neighbors(map, newest, wide ? options.wide_window : options.window, options.link_neighbors,
+                                     wide ? 1 : options.min_shared);
   request.free_keyframes.push_back(newest);
   std::sort(request.free_keyframes.begin(), request.free_keyframes.end());
   const auto is_free = [&request](KeyframeId id) {

@@ -117,6 +117,8 @@ void AddBackEnd(PipelineOptions& o, FieldList* f) {
   f->Add("mapper.link_neighbors", o.mapper.link_neighbors);
   f->Add("mapper.fusion_neighbors", o.mapper.fusion_neighbors);
   f->Add("mapper.window", o.mapper.window);
+  f->Add("mapper.wide_window", o.mapper.wide_window);
+  f->Add("mapper.wide_every", o.mapper.wide_every);
   f->Add("mapper.young_map", o.mapper.young_map);
   f->Add("mapper.min_shared", o.mapper.min_shared);
   f->Add("mapper.max_fixed", o.mapper.max_fixed);

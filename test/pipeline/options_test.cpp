@@ -187,6 +187,8 @@ TEST(PipelineOptions, ProblemsNameSectionAndField) {
   ExpectMentions(problem("scale.max_sigma=0"), {"scale", "max_sigma"});
   ExpectMentions(problem("mount.sigma_angle_deg=0"), {"mount", "sigma_angle_deg"});
   ExpectMentions(problem("mapper.young_map=-1"), {"mapper", "young_map"});
+  ExpectMentions(problem("mapper.wide_window=5"), {"mapper", "wide_window"});
+  ExpectMentions(problem("mapper.wide_every=0"), {"mapper", "wide_every"});
   ExpectMentions(problem("odometry=off"), {"init", "visual"});
   ExpectMentions(problem("bundle.pixel_sigma=.nan"), {"bundle", "pixel_sigma"});
 }

@@ -18,9 +18,11 @@ struct LocalMapperOptions {
   int link_neighbors = 3;           // ...and keyframes before it along the odometry chain
   int fusion_neighbors = 12;
   int window = 10;                              // free keyframes of the local bundle adjustment, beside the new one
+  int wide_window = 40;                         // ...and of every `wide_every`-th, any that see the same landmarks
+  int wide_every = 5;                           // keyframes
   int young_map = 30;                           // keyframes up to which bundle adjustment takes the whole map
   int min_shared = 12;                          // landmarks in common that make two keyframes neighbours
-  int max_fixed = 30;                           // border keyframes held fixed
+  int max_fixed = 60;                           // border keyframes held fixed
   double min_parallax = DegreesToRadians(1.0);  // rad, of a triangulated point
   double min_baseline_ratio = 0.01;             // baseline over median depth
   int max_descriptor_distance = 50;             // bits
