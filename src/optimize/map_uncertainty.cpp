@@ -88,48 +88,51 @@ class TieGraph {
   std::vector<Eigen::Triplet<double>> entries_;  // of H: a pose's three, one after the other, then a share a source
 };
 
-// What keyframes, by index in the map, see in common.
-struct Sightings {
-  explicit Sightings(const Map& map) : keyframes(map.keyframes.size()), shared(keyframes * keyframes, 0) {
-    std::vector<std::size_t> index_of(map.next_keyframe_id, 0);
-    std::vector<Rigid3> T_camera_map;
-    for (const auto& [id, keyframe] : map.keyframes) {
-      index_of[id.value] = T_camera_map.size();
-      T_camera_map.push_back(keyframe.T_map_camera().Inverse());
-    }
-    seen.assign(keyframes, 0);
-    inverse_depths.assign(keyframes, 0.0);
-    std::vector<std::size_t> observers;  // ascending, as observations are
-    for (const auto& [id, landmark] : map.landmarks) {
-      observers.clear();
+// What one keyframe sees, and which ones before it see the same.
+struct Sight {
+  int landmarks = 0;
+  double inverse_depths = 0.0;                       // 1/m, their sum
+  std::vector<std::pair<int, std::size_t>> sharing;  // [landmarks in common, index in the map], most first
+};
+
+// Goes through the keyframes of a map, each by its index.
+class SightReader {
+ public:
+  explicit SightReader(const Map& map)
+      : landmark_of_(map.next_landmark_id, nullptr), index_of_(map.next_keyframe_id), shared_(map.keyframes.size(), 0) {
+    for (const auto& [id, landmark] : map.landmarks) landmark_of_[id.value] = &landmark;
+    std::size_t index = 0;
+    for (const auto& [id, keyframe] : map.keyframes) index_of_[id.value] = index++;
+  }
+
+  Sight Read(KeyframeId id, const Keyframe& keyframe) {
+    constexpr double kNearest = 0.1;  // m
+    const Rigid3 T_camera_map = keyframe.T_map_camera().Inverse();
+    Sight sight;
+    for (const LandmarkId landmark_id : keyframe.landmarks) {
+      if (!landmark_id.valid()) continue;
+      const Landmark& landmark = *landmark_of_[landmark_id.value];
+      ++sight.landmarks;
+      sight.inverse_depths += 1.0 / std::max(kNearest, (T_camera_map * landmark.p_map).z());
       for (const Observation& o : landmark.observations) {
-        const std::size_t at = index_of[o.keyframe.value];
-        constexpr double kNearest = 0.1;  // m
-        inverse_depths[at] += 1.0 / std::max(kNearest, (T_camera_map[at] * landmark.p_map).z());
-        ++seen[at];
-        for (const std::size_t older : observers) ++shared[at * keyframes + older];
-        observers.push_back(at);
+        if (!(o.keyframe < id)) break;  // in order of keyframes
+        ++shared_[index_of_[o.keyframe.value]];
       }
     }
-  }
-
-  // The keyframes before this one that share most landmarks with it, [landmarks in common, index].
-  std::vector<std::pair<int, std::size_t>> SharingBefore(std::size_t newer) const {
-    std::vector<std::pair<int, std::size_t>> neighbors;
-    for (std::size_t older = 0; older < newer; ++older) {
-      const int count = shared[newer * keyframes + older];
-      if (count >= kMinShared) neighbors.emplace_back(count, older);
+    for (std::size_t older = 0; older < index_of_[id.value]; ++older) {
+      const int count = std::exchange(shared_[older], 0);
+      if (count >= kMinShared) sight.sharing.emplace_back(count, older);
     }
-    std::stable_sort(neighbors.begin(), neighbors.end(),
+    std::stable_sort(sight.sharing.begin(), sight.sharing.end(),
                      [](const auto& a, const auto& b) { return a.first > b.first; });
-    if (neighbors.size() > kMostNeighbors) neighbors.resize(kMostNeighbors);
-    return neighbors;
+    if (sight.sharing.size() > kMostNeighbors) sight.sharing.resize(kMostNeighbors);
+    return sight;
   }
 
-  std::size_t keyframes;
-  std::vector<int> shared;             // keyframes x keyframes, newer by older
-  std::vector<int> seen;               // landmarks
-  std::vector<double> inverse_depths;  // 1/m, their sum
+ private:
+  std::vector<const Landmark*> landmark_of_;  // by id
+  std::vector<std::size_t> index_of_;         // by id
+  std::vector<int> shared_;                   // by index, zero between calls
 };
 
 // Of a tie by `count` landmarks in common, the right tangent at the newer keyframe; `way` from there to the older one.
@@ -144,14 +147,16 @@ Eigen::Matrix3d LandmarkCovariance(int count, int seen, double depth, const Eige
 }
 
 void TieByLandmarks(const Map& map, const BundleContext& context, TieGraph* graph) {
-  const Sightings sightings(map);
-  for (std::size_t newer = 0; newer < sightings.keyframes; ++newer) {
-    const double depth = sightings.seen[newer] / sightings.inverse_depths[newer];
-    for (const auto& [count, older] : sightings.SharingBefore(newer)) {
+  SightReader reader(map);
+  std::size_t newer = 0;
+  for (const auto& [id, keyframe] : map.keyframes) {
+    const Sight sight = reader.Read(id, keyframe);
+    const double depth = sight.landmarks / sight.inverse_depths;
+    for (const auto& [count, older] : sight.sharing) {
       const Eigen::Vector2d way = graph->Between(newer, older).translation;
-      graph->Tie(older, newer, LandmarkCovariance(count, sightings.seen[newer], depth, way, context),
-                 Source::kLandmarks);
+      graph->Tie(older, newer, LandmarkCovariance(count, sight.landmarks, depth, way, context), Source::kLandmarks);
     }
+    ++newer;
   }
 }
 
