@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "planar_vslam/feature/matching.h"
+#include "planar_vslam/frontend/motion_agreement.h"
 #include "planar_vslam/geometry/triangulation.h"
 #include "planar_vslam/map/map_edit.h"
 
@@ -69,14 +70,20 @@ InitializerReport Initializer::Add(const InitializerInput& input) {
   if (SecondsBetween(first_->stamp, input.stamp) > options_.max_baseline_time) {
     return Restart(input, "movement across the view, sideways if possible");
   }
+  const bool has_odometry = first_->odometry.seconds > 0.0;
+  if ((has_odometry || options_.mode == InitializationMode::kOdometry) &&
+      CameraMotionByOdometry(input).translation.norm() < options_.min_baseline) {
+    return {std::nullopt, "translation: the camera has moved less than the shortest usable baseline"};
+  }
   return options_.mode == InitializationMode::kOdometry ? TryOdometry(input) : TryVisual(input);
 }
 
+Rigid3 Initializer::CameraMotionByOdometry(const InitializerInput& input) const {
+  return first_->T_base_camera.Inverse() * Embed3(first_->odometry.T_i_j) * input.T_base_camera;
+}
+
 InitializerReport Initializer::TryOdometry(const InitializerInput& input) {
-  const Rigid3 T_c1_c2 = first_->T_base_camera.Inverse() * Embed3(first_->odometry.T_i_j) * input.T_base_camera;
-  if (T_c1_c2.translation.norm() < options_.min_baseline) {
-    return {std::nullopt, "translation: the camera has moved less than the shortest usable baseline"};
-  }
+  const Rigid3 T_c1_c2 = CameraMotionByOdometry(input);
   const Eigen::Matrix3d R_c2_c1 = T_c1_c2.R().transpose();
   MatchOptions match_options;
   const std::vector<FeatureMatch> matches = MatchWithinRadius(
@@ -193,6 +200,9 @@ InitializerReport Initializer::Finish(const InitializerInput& input, const Rigid
   map = Apply(std::move(map), ToEdit(bundle));
   if (static_cast<int>(map.landmarks.size()) < options_.min_points) {
     return {std::nullopt, "more points that survive bundle adjustment"};
+  }
+  if (!metric && first_->odometry.seconds > 0.0 && SquaredMotionDisagreement(map, context) > kChi2FiveDof999) {
+    return {std::nullopt, "a motion on which images and odometry agree: drive on, sideways if possible"};
   }
   first_.reset();
   return {std::move(map), ""};

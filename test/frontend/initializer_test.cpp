@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "planar_vslam/frontend/motion_agreement.h"
 #include "support/synthetic_map.h"
 
 namespace planar_vslam {
@@ -112,6 +113,42 @@ TEST_F(InitializerTest, VisualMapHasUnitMedianDepthAndClaimsNoScale) {
   const Rigid3 truth = (T_map_first * world_.T_base_camera).Inverse() * *T_map_last_ * world_.T_base_camera;
   EXPECT_GT(T_c1_c2.translation.normalized().dot(truth.translation.normalized()), 0.98);
   EXPECT_LT(LogSo3(T_c1_c2.rotation.conjugate() * truth.rotation).norm(), 0.02);
+}
+
+TEST_F(InitializerTest, VisualWithOdometryThatAgreesStartsTheWayTheRobotWent) {
+  Initializer initializer = Make(InitializationMode::kVisual);
+  InitializerReport report;
+  const Rigid3 T_map_first = test::SyntheticPose(0.5);
+  for (double x = 0.5; !report.map.has_value() && x < 1.2; x += 0.05) {
+    report = initializer.Add(Input(test::SyntheticPose(x), true));
+  }
+  ASSERT_TRUE(report.map.has_value()) << report.waiting_for;
+  EXPECT_FALSE(report.map->metric);
+  EXPECT_LT(SquaredMotionDisagreement(*report.map, world_.Context()), kChi2FiveDof999);
+  const Rigid3 T_c1_c2 = report.map->keyframes.At(KeyframeId{0}).T_map_camera().Inverse() *
+                         report.map->keyframes.At(KeyframeId{1}).T_map_camera();
+  const Rigid3 truth = (T_map_first * world_.T_base_camera).Inverse() * *T_map_last_ * world_.T_base_camera;
+  EXPECT_GT(T_c1_c2.translation.normalized().dot(truth.translation.normalized()), 0.98);
+}
+
+TEST_F(InitializerTest, VisualWaitsWhileOdometryContradictsItAndSaysSo) {
+  Initializer initializer = Make(InitializationMode::kVisual);
+  bool named = false;
+  for (double x = 0.5; x < 1.2; x += 0.05) {
+    InitializerInput input = Input(test::SyntheticPose(x), true);
+    if (input.odometry.has_value()) input.odometry->T_i_j = input.odometry->T_i_j.Inverse();
+    const InitializerReport report = initializer.Add(input);
+    EXPECT_FALSE(report.map.has_value());
+    named = named || report.waiting_for.find("images and odometry agree") != std::string::npos;
+  }
+  EXPECT_TRUE(named);
+}
+
+TEST_F(InitializerTest, VisualWaitsForABaselineThatOdometryKnows) {
+  Initializer initializer = Make(InitializationMode::kVisual);
+  initializer.Add(Input(test::SyntheticPose(0.5), true));
+  const InitializerReport report = initializer.Add(Input(test::SyntheticPose(0.51), true));
+  EXPECT_NE(report.waiting_for.find("translation"), std::string::npos) << report.waiting_for;
 }
 
 TEST_F(InitializerTest, VisualWaitsWhileNothingMoves) {

@@ -2,7 +2,8 @@
 // The first map from two frames.
 //  - kOdometry: the relative pose comes from wheel odometry and the extrinsics, so the map is metric at once; it waits
 //    while the camera's baseline is short (the robot only rotates) and says what is missing.
-//  - kVisual: homography or fundamental matrix, scale unknown: the median depth of the first map is 1.
+//  - kVisual: homography or fundamental matrix, scale unknown: the median depth of the first map is 1. Where there is
+//    odometry it waits for a motion that odometry can have made (motion_agreement.h).
 #include <optional>
 #include <string>
 #include <vector>
@@ -24,7 +25,7 @@ struct InitializerOptions {
   int min_points = 50;                                 // triangulated
   double min_parallax = DegreesToRadians(0.8);         // rad, of a point that counts
   double min_median_parallax = DegreesToRadians(1.0);  // rad, over the matches
-  double min_baseline = 0.04;                          // m, between the cameras (odometry)
+  double min_baseline = 0.04;                          // m, between the cameras, by odometry where there is some
   double max_baseline_time = 8.0;                      // s, then a new first frame is taken
   double search_radius = 60.0;                         // px around the rotation-compensated position (odometry)
   double visual_search_radius = 100.0;                 // px (visual)
@@ -59,6 +60,7 @@ class Initializer {
     PreintegratedOdometry odometry;  // from the first frame to the newest input
   };
   InitializerReport Restart(const InitializerInput& input, std::string reason);
+  Rigid3 CameraMotionByOdometry(const InitializerInput& input) const;
   InitializerReport TryOdometry(const InitializerInput& input);
   InitializerReport TryVisual(const InitializerInput& input);
   // `points` per match in the first camera's frame.
