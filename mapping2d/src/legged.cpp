@@ -95,7 +95,10 @@ class LeggedFinder {
     const auto behind_b = posts_.BigThingBehind(At(b), left, options_.max_side);
     const auto behind_a = posts_.BigThingBehind(At(a), left, options_.max_side);
     if (!behind_a.has_value() || !behind_b.has_value()) return;
-    against_wall_.push_back(MakeCandidate({At(a), At(b), *behind_b, *behind_a}, {a, b}, grid_.resolution));
+    // Furniture is a rectangle, if it stands askew before the wall: it ends where its first corner meets it.
+    const double depth = std::min((*behind_a - At(a)).norm(), (*behind_b - At(b)).norm());
+    const Corners corners = {At(a), At(b), At(b) + depth * left, At(a) + depth * left};
+    against_wall_.push_back(MakeCandidate(corners, {a, b}, grid_.resolution));
   }
 
   std::vector<Overhang> OnFourLegs(std::set<int>* used) const {
