@@ -59,7 +59,7 @@ class LeggedFinder {
   std::vector<Overhang> Find() {
     const int count = static_cast<int>(posts_.centers().size());
     for (int a = 0; a < count; ++a) {
-      for (int b = 0; b < count; ++b) {
+      for (const int b : posts_.Within(At(a), options_.max_side)) {
         if (a != b) AddCandidates(a, b);
       }
     }
@@ -81,12 +81,11 @@ class LeggedFinder {
       const Eigen::Vector2d d = At(to) - At(from);
       return Eigen::Vector2d(d.dot(along), d.dot(left));
     };
-    const int count = static_cast<int>(posts_.centers().size());
-    for (int d = 0; d < count; ++d) {
+    const double longest = side + tolerance;  // from its longer side, whose direction is the surer one
+    for (const int d : posts_.Within(At(a) + 0.5 * longest * left, std::hypot(0.5 * longest, tolerance))) {
       const Eigen::Vector2d to_d = offset(a, d);
-      // From its longer side, whose direction is the surer one.
-      if (std::abs(to_d.x()) > tolerance || to_d.y() < options_.min_side || to_d.y() > side + tolerance) continue;
-      for (int c = 0; c < count; ++c) {
+      if (std::abs(to_d.x()) > tolerance || to_d.y() < options_.min_side || to_d.y() > longest) continue;
+      for (const int c : posts_.Within(At(b) + to_d.y() * left, std::hypot(tolerance, tolerance))) {
         const Eigen::Vector2d to_c = offset(b, c);
         if (std::abs(to_c.x()) > tolerance || std::abs(to_c.y() - to_d.y()) > tolerance) continue;
         on_four_legs_.push_back(MakeCandidate({At(a), At(b), At(c), At(d)}, {a, b, c, d}, grid_.resolution));
