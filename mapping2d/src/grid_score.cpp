@@ -1,5 +1,9 @@
 #include "planar_vslam/mapping2d/grid_score.h"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
 namespace planar_vslam {
 namespace {
 
@@ -77,6 +81,32 @@ std::vector<char> ReachableFree(const OccupancyGrid2d& truth, const std::vector<
   return reached;
 }
 
+// Marks the occupied cells that straight lines from the path meet within `range` m.
+OccupancyGrid2d Seen(const OccupancyGrid2d& truth, const std::vector<Eigen::Vector2d>& path, double range) {
+  constexpr double kStride = 0.25;                           // m along the path: what is seen from one place but not...
+  const double reach = std::ceil(range / truth.resolution);  // ...from the next is a sliver. Cells.
+  const int lines = static_cast<int>(4.0 * M_PI * reach);    // half a cell apart at their ends
+  OccupancyGrid2d seen = truth;
+  std::fill(seen.cells.begin(), seen.cells.end(), kUnknown);
+  Eigen::Vector2d last = Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity());
+  for (const Eigen::Vector2d& from : path) {
+    if ((from - last).norm() < kStride) continue;
+    last = from;
+    for (int line = 0; line < lines; ++line) {
+      const double angle = 2.0 * M_PI * line / lines;
+      const Eigen::Vector2d step = 0.5 * truth.resolution * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+      for (int i = 0; i <= static_cast<int>(2.0 * reach); ++i) {
+        const Eigen::Vector2i cell = CellAt(truth, from + i * step);
+        if (!Inside(truth, cell.x(), cell.y())) break;
+        if (truth.At(cell.x(), cell.y()) != kOccupied) continue;
+        seen.cells[Index(seen, cell.x(), cell.y())] = kOccupied;
+        break;
+      }
+    }
+  }
+  return seen;
+}
+
 double Share(long part, long whole) { return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0.0; }
 
 }  // namespace
@@ -84,12 +114,14 @@ double Share(long part, long whole) { return whole > 0 ? static_cast<double>(par
 GridScore ScoreGrid(const OccupancyGrid2d& estimate, const OccupancyGrid2d& truth, const Rigid2& T_truth_estimate,
                     const std::vector<Eigen::Vector2d>& path, const GridScoreOptions& options) {
   PV_CHECK(options.tolerance_cells >= 0, "tolerance_cells=" << options.tolerance_cells);
+  PV_CHECK(options.sight_range > 0.0, "sight_range=" << options.sight_range);
   const int r = options.tolerance_cells;
   const OccupancyGrid2d ours = Resample(estimate, truth, T_truth_estimate);
   const std::vector<char> reachable = ReachableFree(truth, path);
+  const OccupancyGrid2d seen = path.empty() ? truth : Seen(truth, path, options.sight_range);
 
   GridScore score;
-  long common = 0, either = 0, precise = 0, recalled = 0, wrong_free = 0, wrong_occupied = 0, known = 0;
+  long common = 0, either = 0, precise = 0, recalled = 0, in_sight = 0, wrong_free = 0, wrong_occupied = 0, known = 0;
   for (int y = 0; y < truth.height; ++y) {
     for (int x = 0; x < truth.width; ++x) {
       const std::int8_t our = ours.At(x, y), true_cell = truth.At(x, y);
@@ -106,6 +138,7 @@ GridScore ScoreGrid(const OccupancyGrid2d& estimate, const OccupancyGrid2d& trut
       if (IsSurface(truth, x, y)) {
         ++score.truth_surface;
         recalled += HasWithin(ours, x, y, r, kOccupied) ? 1 : 0;
+        in_sight += HasWithin(seen, x, y, r, kOccupied) ? 1 : 0;
       }
       if (reachable[Index(truth, x, y)] != 0) {
         ++score.truth_reachable_free;
@@ -116,6 +149,7 @@ GridScore ScoreGrid(const OccupancyGrid2d& estimate, const OccupancyGrid2d& trut
   score.iou = Share(common, either);
   score.precision = Share(precise, score.our_occupied);
   score.recall = Share(recalled, score.truth_surface);
+  score.in_sight = Share(in_sight, score.truth_surface);
   score.wrong_free = Share(wrong_free, score.our_free);
   score.wrong_occupied = Share(wrong_occupied, score.our_occupied);
   score.known = Share(known, score.truth_reachable_free);

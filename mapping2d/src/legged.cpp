@@ -59,7 +59,7 @@ class LeggedFinder {
   std::vector<Overhang> Find() {
     const int count = static_cast<int>(posts_.centers().size());
     for (int a = 0; a < count; ++a) {
-      for (int b = 0; b < count; ++b) {
+      for (const int b : posts_.Within(At(a), options_.max_side)) {
         if (a != b) AddCandidates(a, b);
       }
     }
@@ -81,12 +81,11 @@ class LeggedFinder {
       const Eigen::Vector2d d = At(to) - At(from);
       return Eigen::Vector2d(d.dot(along), d.dot(left));
     };
-    const int count = static_cast<int>(posts_.centers().size());
-    for (int d = 0; d < count; ++d) {
+    const double longest = side + tolerance;  // from its longer side, whose direction is the surer one
+    for (const int d : posts_.Within(At(a) + 0.5 * longest * left, std::hypot(0.5 * longest, tolerance))) {
       const Eigen::Vector2d to_d = offset(a, d);
-      // From its longer side, whose direction is the surer one.
-      if (std::abs(to_d.x()) > tolerance || to_d.y() < options_.min_side || to_d.y() > side + tolerance) continue;
-      for (int c = 0; c < count; ++c) {
+      if (std::abs(to_d.x()) > tolerance || to_d.y() < options_.min_side || to_d.y() > longest) continue;
+      for (const int c : posts_.Within(At(b) + to_d.y() * left, std::hypot(tolerance, tolerance))) {
         const Eigen::Vector2d to_c = offset(b, c);
         if (std::abs(to_c.x()) > tolerance || std::abs(to_c.y() - to_d.y()) > tolerance) continue;
         on_four_legs_.push_back(MakeCandidate({At(a), At(b), At(c), At(d)}, {a, b, c, d}, grid_.resolution));
@@ -95,7 +94,10 @@ class LeggedFinder {
     const auto behind_b = posts_.BigThingBehind(At(b), left, options_.max_side);
     const auto behind_a = posts_.BigThingBehind(At(a), left, options_.max_side);
     if (!behind_a.has_value() || !behind_b.has_value()) return;
-    against_wall_.push_back(MakeCandidate({At(a), At(b), *behind_b, *behind_a}, {a, b}, grid_.resolution));
+    // Furniture is a rectangle, if it stands askew before the wall: it ends where its first corner meets it.
+    const double depth = std::min((*behind_a - At(a)).norm(), (*behind_b - At(b)).norm());
+    const Corners corners = {At(a), At(b), At(b) + depth * left, At(a) + depth * left};
+    against_wall_.push_back(MakeCandidate(corners, {a, b}, grid_.resolution));
   }
 
   std::vector<Overhang> OnFourLegs(std::set<int>* used) const {

@@ -37,7 +37,8 @@ void Sight(const PosedPoints& points, const MapBuilderOptions& options, Sighting
     if (free_distance > 0.0) sighting->AddFreeRay(camera, camera + ray * (free_distance / distance));
     const bool above_floor =
         point.p_map.z() > options.floor_tolerance + 2.0 * HeightSigma(ray, point.depth_sigma, options);
-    if (above_floor && distance <= options.visual_range && point.depth_sigma <= options.visual_hit_sigma) {
+    if (point.blocks && above_floor && distance <= options.visual_range &&
+        point.depth_sigma <= options.visual_hit_sigma) {
       sighting->AddHit(point.p_map, ShareInVoxel(point.depth_sigma, options.resolution));
     }
   }

@@ -2,8 +2,23 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 namespace planar_vslam {
+
+namespace {
+
+// Marks looked at in one word: rays touch few of a block's cells.
+constexpr std::size_t kAtOnce = sizeof(std::uint64_t);
+static_assert(kBlockCells % kAtOnce == 0 && Sighting::kUnseen == 0);
+
+bool IsUnseen(const std::uint8_t* marks) {
+  std::uint64_t word = 0;
+  std::memcpy(&word, marks, kAtOnce);
+  return word == 0;
+}
+
+}  // namespace
 
 double LogOdds(double probability) { return std::log(probability / (1.0 - probability)); }
 
@@ -25,10 +40,13 @@ void OccupancyLayer::Add(const Sighting& sighting, int epoch, int times) {
     if (number == blocks.size()) blocks.emplace_back();
     const Sighting::Marks& marks = sighting.marks(i);
     Block& block = blocks[number];
-    for (std::size_t cell = 0; cell < kBlockCells; ++cell) {
-      const std::int32_t units = units_of_mark_[marks[cell]];  // 0 where nothing was seen, or spared
-      block[cell].sum += times * units;
-      block[cell].seen += units != 0 ? times : 0;
+    for (std::size_t first = 0; first < kBlockCells; first += kAtOnce) {
+      if (IsUnseen(marks.data() + first)) continue;
+      for (std::size_t cell = first; cell < first + kAtOnce; ++cell) {
+        const std::int32_t units = units_of_mark_[marks[cell]];  // 0 where nothing was seen, or spared
+        block[cell].sum += times * units;
+        block[cell].seen += units != 0 ? times : 0;
+      }
     }
   }
 }

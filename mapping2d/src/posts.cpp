@@ -8,6 +8,7 @@ namespace planar_vslam {
 namespace {
 
 constexpr std::int8_t kOccupied = 100;
+constexpr int kBucket = 10;  // cells, the side of a bucket
 
 std::size_t Index(const OccupancyGrid2d& grid, int x, int y) {
   return static_cast<std::size_t>(y) * static_cast<std::size_t>(grid.width) + static_cast<std::size_t>(x);
@@ -51,6 +52,33 @@ Posts::Posts(const OccupancyGrid2d& grid, double max_extent) : grid_(grid), is_p
       centers_.emplace_back(sum / static_cast<double>(blob.size()));
     }
   }
+  bucket_columns_ = grid.width / kBucket + 1;
+  bucket_rows_ = grid.height / kBucket + 1;
+  buckets_.resize(static_cast<std::size_t>(bucket_columns_) * static_cast<std::size_t>(bucket_rows_));
+  for (std::size_t i = 0; i < centers_.size(); ++i) {
+    const Eigen::Vector2i bucket = BucketOf(centers_[i]);
+    buckets_[static_cast<std::size_t>(bucket.y() * bucket_columns_ + bucket.x())].push_back(static_cast<int>(i));
+  }
+}
+
+// The nearest one, for places beyond the grid.
+Eigen::Vector2i Posts::BucketOf(const Eigen::Vector2d& p) const {
+  const Eigen::Array2d at = ((p - grid_.origin) / (kBucket * grid_.resolution)).array().floor();
+  return at.max(0.0).min(Eigen::Array2d(bucket_columns_ - 1, bucket_rows_ - 1)).cast<int>();
+}
+
+std::vector<int> Posts::Within(const Eigen::Vector2d& p, double radius) const {
+  std::vector<int> within;
+  const Eigen::Vector2i low = BucketOf(p.array() - radius), high = BucketOf(p.array() + radius);
+  for (int y = low.y(); y <= high.y(); ++y) {
+    for (int x = low.x(); x <= high.x(); ++x) {
+      for (const int i : buckets_[static_cast<std::size_t>(y * bucket_columns_ + x)]) {
+        if ((centers_[static_cast<std::size_t>(i)] - p).norm() <= radius) within.push_back(i);
+      }
+    }
+  }
+  std::sort(within.begin(), within.end());
+  return within;
 }
 
 bool Posts::IsBig(int x, int y) const {

@@ -24,6 +24,8 @@ class Posts {
   Posts(const OccupancyGrid2d& grid, double max_extent);
 
   const std::vector<Eigen::Vector2d>& centers() const { return centers_; }  // m, from the lowest row up
+  // Numbers of the centers within `radius` m of `p`, ascending.
+  std::vector<int> Within(const Eigen::Vector2d& p, double radius) const;
   // Whether the cell is occupied by something bigger than a post, as a wall.
   bool IsBig(int x, int y) const;
   // Where the straight way from `start` along the unit vector `direction` meets something big, within `reach` m.
@@ -33,9 +35,13 @@ class Posts {
  private:
   std::vector<Eigen::Vector2i> TakeBlob(int x, int y, std::vector<char>* visited) const;
 
+  Eigen::Vector2i BucketOf(const Eigen::Vector2d& p) const;
+
   const OccupancyGrid2d& grid_;
   std::vector<Eigen::Vector2d> centers_;
-  std::vector<char> is_post_;  // of each cell
+  std::vector<char> is_post_;              // of each cell
+  std::vector<std::vector<int>> buckets_;  // centers by place, row-major
+  int bucket_columns_ = 0, bucket_rows_ = 0;
 };
 
 }  // namespace planar_vslam

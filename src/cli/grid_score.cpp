@@ -15,7 +15,8 @@
 namespace planar_vslam {
 namespace {
 
-constexpr int kLargestTolerance = 100;  // cells; beyond it everything is near everything
+constexpr int kLargestTolerance = 100;   // cells; beyond it everything is near everything
+constexpr double kLongestSight = 100.0;  // m
 
 struct GridScoreArguments {
   std::string map, groundtruth, trajectory, groundtruth_trajectory;
@@ -53,23 +54,26 @@ Expected<Placement> Place(const GridScoreArguments& arguments) {
 
 std::string ToJson(const GridScore& score) {
   return fmt::format(
-      "{{\"iou\": {:.6f}, \"precision\": {:.6f}, \"recall\": {:.6f}, \"wrong_free\": {:.6f}, "
+      "{{\"iou\": {:.6f}, \"precision\": {:.6f}, \"recall\": {:.6f}, \"in_sight\": {:.6f}, \"wrong_free\": {:.6f}, "
       "\"wrong_occupied\": {:.6f}, \"known\": {:.6f}, \"our_occupied\": {}, \"our_free\": {}, "
       "\"truth_surface\": {}, \"truth_reachable_free\": {}}}\n",
-      score.iou, score.precision, score.recall, score.wrong_free, score.wrong_occupied, score.known, score.our_occupied,
-      score.our_free, score.truth_surface, score.truth_reachable_free);
+      score.iou, score.precision, score.recall, score.in_sight, score.wrong_free, score.wrong_occupied, score.known,
+      score.our_occupied, score.our_free, score.truth_surface, score.truth_reachable_free);
 }
 
-std::string ToText(const GridScore& score, int tolerance) {
+std::string ToText(const GridScore& score, const GridScoreOptions& options) {
+  const int tolerance = options.tolerance_cells;
   return fmt::format(
       "iou             {:.4f}   occupied cells, exact\n"
       "precision       {:.4f}   of {} occupied cells, a truly occupied one within {}\n"
       "recall          {:.4f}   of {} true surface cells, one of ours within {}\n"
+      "in sight        {:.4f}   of the path within {} m: a perfect range sensor's recall\n"
       "wrong-free      {:.4f}   of {} free cells, inside an obstacle\n"
       "wrong-occupied  {:.4f}   of the occupied cells, none truly occupied within 3\n"
       "known           {:.4f}   of {} reachable free cells, called free or occupied\n",
       score.iou, score.precision, score.our_occupied, tolerance, score.recall, score.truth_surface, tolerance,
-      score.wrong_free, score.our_free, score.wrong_occupied, score.known, score.truth_reachable_free);
+      score.in_sight, options.sight_range, score.wrong_free, score.our_free, score.wrong_occupied, score.known,
+      score.truth_reachable_free);
 }
 
 int Score(const GridScoreArguments& arguments) {
@@ -80,7 +84,7 @@ int Score(const GridScoreArguments& arguments) {
   const Expected<Placement> placement = Place(arguments);
   if (!placement) return Fail(kExitBadInput, placement.error().message);
   const GridScore score = ScoreGrid(*map, *truth, placement->T_truth_estimate, placement->path, arguments.options);
-  std::fputs((arguments.json ? ToJson(score) : ToText(score, arguments.options.tolerance_cells)).c_str(), stdout);
+  std::fputs((arguments.json ? ToJson(score) : ToText(score, arguments.options)).c_str(), stdout);
   return kExitSuccess;
 }
 
@@ -97,7 +101,8 @@ void AddGridScore(CLI::App& app, int* exit_code) {
           ->expected(3);
   CLI::Option* groundtruth_trajectory =
       command->add_option("--groundtruth-trajectory", arguments->groundtruth_trajectory,
-                          "True trajectory, TUM format: 'known' asks for the free cells reachable from it");
+                          "True trajectory, TUM format: 'known' asks for the free cells reachable from it, "
+                          "'in sight' for the surfaces it saw");
   command
       ->add_option("--trajectory", arguments->trajectory,
                    "Trajectory of the map, TUM format: its SE(2) alignment with the true one places the map")
@@ -106,6 +111,9 @@ void AddGridScore(CLI::App& app, int* exit_code) {
   command->add_option("--tolerance", arguments->options.tolerance_cells, "Cells of the truth that count as near")
       ->capture_default_str()
       ->check(CLI::Range(0, kLargestTolerance));
+  command->add_option("--sight-range", arguments->options.sight_range, "m, how far the true trajectory sees")
+      ->capture_default_str()
+      ->check(CLI::Range(0.1, kLongestSight));
   command->add_flag("--json", arguments->json, "Print JSON instead of a table");
   command->callback([arguments, exit_code] { *exit_code = Score(*arguments); });
 }

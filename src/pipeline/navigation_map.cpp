@@ -2,11 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 
-#include "planar_vslam/geometry/triangulation.h"
-#include "planar_vslam/mapping2d/planes.h"
+#include "accepted_landmarks.h"
 
 namespace planar_vslam {
 namespace {
@@ -20,77 +18,6 @@ constexpr std::uint32_t kKeyframesInEpoch = 16;
 
 int EpochOf(KeyframeId id) { return static_cast<int>(id.value / kKeyframesInEpoch); }
 
-// Accepted landmarks with their depth sigma relative to the distance.
-using AcceptedLandmarks = std::map<LandmarkId, double>;
-
-// Widest angle between the rays from the observers to the landmark.
-double WidestParallax(const Map& map, const Landmark& landmark) {
-  double widest = 0.0;
-  const Eigen::Vector3d first = map.keyframes.At(landmark.observations.front().keyframe).T_map_camera().translation;
-  for (const Observation& o : landmark.observations) {
-    const Eigen::Vector3d center = map.keyframes.At(o.keyframe).T_map_camera().translation;
-    widest = std::max(widest, ParallaxAngle(landmark.p_map, first, center));
-  }
-  return widest;
-}
-
-// Depth sigma of a ray intersection: the pixel's angle times distance over the sine of the parallax.
-std::optional<double> RelativeDepthSigma(const Map& map, const Landmark& landmark, const CameraModel& camera,
-                                         const LandmarkAcceptance& a) {
-  if (static_cast<int>(landmark.observations.size()) < a.min_observations) return std::nullopt;
-  const double parallax = WidestParallax(map, landmark);
-  if (parallax < a.min_parallax) return std::nullopt;
-  const double sigma = a.pixel_sigma / camera.fx / std::sin(std::min(parallax, M_PI / 2.0));
-  return sigma <= a.max_relative_depth_sigma ? std::optional<double>(sigma) : std::nullopt;
-}
-
-double NearestObserver(const Map& map, const Landmark& landmark) {
-  double nearest = std::numeric_limits<double>::infinity();
-  for (const Observation& o : landmark.observations) {
-    const Eigen::Vector3d center = map.keyframes.At(o.keyframe).T_map_camera().translation;
-    nearest = std::min(nearest, (landmark.p_map - center).norm());
-  }
-  return nearest;
-}
-
-// The floor as the landmarks show it; where they show none, z = 0.
-FloorPlane FloorOf(const Map& map, const LandmarkAcceptance& acceptance) {
-  std::vector<Eigen::Vector3d> points;
-  for (const auto& [id, landmark] : map.landmarks) {
-    if (static_cast<int>(landmark.observations.size()) >= acceptance.min_observations) points.push_back(landmark.p_map);
-  }
-  return FindFloor(points, PlaneOptions{}).value_or(FloorPlane{});
-}
-
-// Landmarks of usable depth, no mirror images below the floor.
-AcceptedLandmarks Triangulated(const Map& map, const CameraModel& camera, const LandmarkAcceptance& acceptance) {
-  AcceptedLandmarks triangulated;
-  const FloorPlane floor = FloorOf(map, acceptance);
-  for (const auto& [id, landmark] : map.landmarks) {
-    if (floor.HeightOf(landmark.p_map) < acceptance.min_height) continue;
-    const std::optional<double> sigma = RelativeDepthSigma(map, landmark, camera, acceptance);
-    if (sigma.has_value()) triangulated.emplace_hint(triangulated.end(), id, *sigma);
-  }
-  return triangulated;
-}
-
-// Those of them that say something of single cells, alone as they are.
-AcceptedLandmarks Accept(const Map& map, const AcceptedLandmarks& triangulated, const LandmarkAcceptance& acceptance) {
-  std::vector<AcceptedLandmarks::value_type> candidates;
-  std::vector<Eigen::Vector3d> positions;
-  for (const auto& [id, sigma] : triangulated) {
-    const Landmark& landmark = map.landmarks.At(id);
-    if (sigma * NearestObserver(map, landmark) > acceptance.max_depth_sigma) continue;
-    candidates.emplace_back(id, sigma);
-    positions.push_back(landmark.p_map);
-  }
-  AcceptedLandmarks accepted;
-  for (const int i : RadiusInliers(positions, acceptance.neighbor_radius, acceptance.min_neighbors)) {
-    accepted.insert(candidates[static_cast<std::size_t>(i)]);
-  }
-  return accepted;
-}
-
 PosedPoints PointsSeenBy(const Map& map, const Keyframe& keyframe, const AcceptedLandmarks& accepted) {
   PosedPoints points;
   points.camera_in_map = keyframe.T_map_camera().translation;
@@ -98,7 +25,8 @@ PosedPoints PointsSeenBy(const Map& map, const Keyframe& keyframe, const Accepte
     const auto entry = id.valid() ? accepted.find(id) : accepted.end();
     if (entry == accepted.end()) continue;
     const Eigen::Vector3d& p_map = map.landmarks.At(id).p_map;
-    points.points.push_back({p_map, entry->second * (p_map - points.camera_in_map).norm()});
+    const AcceptedLandmark& landmark = entry->second;
+    points.points.push_back({p_map, landmark.relative_sigma * (p_map - points.camera_in_map).norm(), landmark.blocks});
   }
   return points;
 }
@@ -126,7 +54,7 @@ bool IsAway(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Navigation
 bool Differ(const PosedPoints& a, const PosedPoints& b, const NavigationTolerance& tolerance) {
   if (IsAway(a.camera_in_map, b.camera_in_map, tolerance)) return true;
   const auto same = [&tolerance](const PosedPoint& p, const PosedPoint& q) {
-    return !IsAway(p.p_map, q.p_map, tolerance) &&
+    return !IsAway(p.p_map, q.p_map, tolerance) && p.blocks == q.blocks &&
            std::abs(p.depth_sigma - q.depth_sigma) <= tolerance.depth_sigma * q.depth_sigma;
   };
   return !std::equal(a.points.begin(), a.points.end(), b.points.begin(), b.points.end(), same);
@@ -234,8 +162,8 @@ void NavigationMap::TakeOut(int epoch, const std::vector<KeyframeId>& outdated) 
 }
 
 int NavigationMap::Update(const Map& map, const CameraModel& camera) {
-  const AcceptedLandmarks triangulated = map.metric ? Triangulated(map, camera, acceptance_) : AcceptedLandmarks{};
-  const AcceptedLandmarks accepted = Accept(map, triangulated, acceptance_);
+  const AcceptedLandmarks accepted =
+      map.metric ? AcceptLandmarks(map, camera, acceptance_, hit_sigma_) : AcceptedLandmarks{};
   std::map<KeyframeId, Evidence> wanted;  // of the keyframes that are new or have moved
   for (const auto& [id, keyframe] : map.keyframes) {
     if (!map.metric) break;
@@ -258,13 +186,13 @@ int NavigationMap::Update(const Map& map, const CameraModel& camera) {
   return static_cast<int>(std::max(outdated.size(), wanted.size()));
 }
 
-std::vector<Overhang> NavigationMap::Overhangs(const Map& map, const std::map<LandmarkId, double>& accepted) const {
+std::vector<Overhang> NavigationMap::Overhangs(const Map& map, const AcceptedLandmarks& accepted) const {
   LeggedEvidence evidence;
   std::vector<Eigen::Vector3d> sure;  // depth's errors spread points of a wall over a level band, too
-  for (const auto& [id, sigma] : accepted) {
-    const Landmark& landmark = map.landmarks.At(id);
-    evidence.points.push_back(landmark.p_map);
-    if (sigma * NearestObserver(map, landmark) <= hit_sigma_) sure.push_back(landmark.p_map);
+  for (const auto& [id, landmark] : accepted) {
+    const Eigen::Vector3d& p_map = map.landmarks.At(id).p_map;
+    evidence.points.push_back(p_map);
+    if (landmark.least_sigma <= hit_sigma_) sure.push_back(p_map);
   }
   for (const auto& [id, held] : held_) {
     evidence.path.insert(evidence.path.end(), held.footprints.begin(), held.footprints.end());

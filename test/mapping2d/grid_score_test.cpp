@@ -94,6 +94,26 @@ TEST(GridScore, KnownAsksForWhatThePathReaches) {
       << "a path inside an obstacle or outside the grid reaches nothing";
 }
 
+TEST(GridScore, WhatIsBehindAnotherThingIsNotInSight) {
+  const OccupancyGrid2d truth = Draw({"#########",  //
+                                      "#...#...#",  //
+                                      "#.......#",  // the lower half of the right wall is behind...
+                                      "#...##..#",  // ...this
+                                      "#...##..#",  //
+                                      "#########"});
+  GridScoreOptions exact{0, 20.0};
+  const GridScore all = ScoreGrid(truth, truth, Rigid2(), {}, exact);
+  EXPECT_EQ(all.in_sight, 1.0) << "without a path all counts";
+  const GridScore left = ScoreGrid(truth, truth, Rigid2(), {{1.5, 1.5}}, exact);
+  EXPECT_EQ(left.recall, 1.0);
+  EXPECT_LT(left.in_sight, 0.8);
+  EXPECT_GT(left.in_sight, 0.4);
+  const GridScore both = ScoreGrid(truth, truth, Rigid2(), {{1.5, 1.5}, {6.5, 1.5}}, exact);
+  EXPECT_GT(both.in_sight, left.in_sight);
+  exact.sight_range = 1.0;
+  EXPECT_LT(ScoreGrid(truth, truth, Rigid2(), {{1.5, 1.5}}, exact).in_sight, left.in_sight);
+}
+
 TEST(GridScore, FreeSpaceIsReachedDiagonally) {
   EXPECT_EQ(ScoreGrid(Draw({".."}), Draw({"#.", ".#"}), Rigid2(), {{0.5, 0.5}}, {}).truth_reachable_free, 2);
 }

@@ -123,6 +123,28 @@ TEST(Legged, TwoLegsBeforeAWallNeedPointsOfATop) {
   EXPECT_TRUE(Find(evidence).empty());
 }
 
+TEST(Legged, WhatStandsAskewBeforeAWallEndsWhereItsFirstCornerMeetsIt) {
+  LeggedEvidence evidence;
+  evidence.laser = Room();
+  const double angle = 0.4;
+  const Eigen::Vector2d a(2.0, 2.75), along(std::cos(angle), std::sin(angle)), across(-along.y(), along.x());
+  AddLeg(a.x(), a.y(), &evidence.laser);
+  AddLeg((a + 1.4 * along).x(), (a + 1.4 * along).y(), &evidence.laser);
+  const double depth = (3.95 - (a + 1.4 * along).y()) / across.y();  // to where the second side meets the wall
+  for (double u = 0.1; u < 1.35; u += 0.12) {
+    for (double v = 0.1; v < depth; v += 0.12) {
+      const Eigen::Vector2d p = a + u * along + v * across;
+      evidence.points.emplace_back(p.x(), p.y(), 0.74);
+    }
+  }
+  const std::vector<Overhang> found = Find(evidence);
+  const auto at = [&](double u, double v) -> Eigen::Vector2d { return a + u * along + v * across; };
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_TRUE(found[0].Contains(at(0.7, 0.5 * depth)));
+  EXPECT_TRUE(found[0].Contains(at(0.2, depth - 0.1)));
+  EXPECT_FALSE(found[0].Contains(at(0.2, depth + 0.25))) << "the wedge behind it";
+}
+
 TEST(Legged, PointsOnTheWallAloneAreNoTop) {
   LeggedEvidence evidence;
   evidence.laser = Room();

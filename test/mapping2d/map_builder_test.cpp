@@ -401,6 +401,19 @@ TEST(MapBuilder, PointsOfUnsureDepthOnlyClear) {
   EXPECT_GT(std::count(grid.cells.begin(), grid.cells.end(), 0), 10);
 }
 
+TEST(MapBuilder, PointsThatDoNotBlockClearAllTheSame) {
+  PosedPoints points = SeenFrom({0.0, 0.0, 1.1}, {{2.0, 0.0, 0.6}});
+  MapBuilder blocked{MapBuilderOptions{}}, cleared{MapBuilderOptions{}};
+  for (int i = 0; i < 50; ++i) blocked.InsertPoints(points);
+  points.points[0].blocks = false;
+  for (int i = 0; i < 50; ++i) cleared.InsertPoints(points);
+  const OccupancyGrid2d with = blocked.Grid(), without = cleared.Grid();
+  EXPECT_EQ(std::count(with.cells.begin(), with.cells.end(), 100), 1);
+  EXPECT_EQ(std::count(without.cells.begin(), without.cells.end(), 100), 0);
+  EXPECT_EQ(std::count(with.cells.begin(), with.cells.end(), 0),
+            std::count(without.cells.begin(), without.cells.end(), 0));
+}
+
 TEST(MapBuilder, WhatLiesOutsideTheLatticeIsIgnored) {
   MapBuilder builder{MapBuilderOptions{}};
   builder.InsertPoints(SeenFrom({1e5, 0.0, 1.0}, {{1e5 + 1.0, 0.0, 1.0}}));

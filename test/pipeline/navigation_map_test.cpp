@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
 
 #include "support/synthetic_map.h"
@@ -88,6 +89,43 @@ TEST(NavigationMap, OnlyWhatMovedIsIntegratedAnew) {
   Map map = world.map;
   map.keyframes.At(KeyframeId{5}).sweeps.pop_back();
   EXPECT_EQ(navigation.Update(map, world.camera), 1);
+}
+
+// Cells that points make obstacles of.
+long OccupiedByPoints(const test::SyntheticWorld& world, const LandmarkAcceptance& acceptance) {
+  MapBuilderOptions options;
+  options.layers = GridLayers::kVisual;
+  const OccupancyGrid2d grid = BuildNavigationMap(world.map, world.camera, options, acceptance).Grid();
+  return std::count(grid.cells.begin(), grid.cells.end(), 100);
+}
+
+TEST(NavigationMap, PointsBlockWhereOthersStandAboveOrBelow) {
+  test::SyntheticWorldOptions options;
+  options.keyframes = 40;
+  options.points = 1500;
+  test::SyntheticWorld world = test::MakeSyntheticWorld(options);
+  LandmarkAcceptance alone;
+  alone.min_upright = 0;
+  alone.min_neighbors = 0;
+  LandmarkAcceptance upright = alone;
+  upright.min_upright = 2;
+  const long scattered = OccupiedByPoints(world, alone);
+  EXPECT_GT(scattered, 20);
+  EXPECT_LT(OccupiedByPoints(world, upright), scattered / 5);
+  upright.upright_radius = upright.neighbor_radius = 100.0;
+  EXPECT_EQ(OccupiedByPoints(world, upright), scattered);
+}
+
+TEST(NavigationMap, PointsBlockWhereTheyProjectToWhatWasSeen) {
+  test::SyntheticWorldOptions options;
+  options.keyframes = 40;
+  options.points = 1500;
+  LandmarkAcceptance acceptance;
+  acceptance.min_upright = 0;
+  acceptance.min_neighbors = 0;
+  EXPECT_GT(OccupiedByPoints(test::MakeSyntheticWorld(options), acceptance), 20);
+  options.pixel_noise = 4.0 * acceptance.max_reprojection;
+  EXPECT_EQ(OccupiedByPoints(test::MakeSyntheticWorld(options), acceptance), 0);
 }
 
 TEST(NavigationMap, MapWithoutScaleIsEmpty) {

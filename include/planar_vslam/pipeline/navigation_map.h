@@ -19,9 +19,16 @@ struct LandmarkAcceptance {
   double max_depth_sigma = 0.15;                // m from the nearest observer: three of the usual cells
   double neighbor_radius = 0.25;                // m...
   int min_neighbors = 4;                        // ...within which as many others are: wrong points stand alone
-  double min_height = -0.03;                    // m: below the floor are only reflections
-  double pixel_sigma = 1.0;                     // px
+  // An obstacle is upright: so many other landmarks of blocking depth stand above or below one that blocks, within a
+  // usual cell's width, and it projects to where it was seen. Wrong depths scatter.
+  double upright_radius = 0.05;  // m, horizontally
+  int min_upright = 2;
+  double max_reprojection = 1.5;  // px RMS, at the keypoints' scales
+  double min_height = -0.03;      // m: below the floor are only reflections
+  double pixel_sigma = 1.0;       // px
 };
+
+struct AcceptedLandmarks;
 
 // How far the SLAM map may move before what a keyframe said is taken out and put in anew.
 struct NavigationTolerance {
@@ -56,7 +63,7 @@ class NavigationMap {
   void TakeOutSightings(const Evidence& evidence);
   void TakeOut(const std::vector<KeyframeId>& outdated);
   void TakeOut(int epoch, const std::vector<KeyframeId>& outdated);
-  std::vector<Overhang> Overhangs(const Map& map, const std::map<LandmarkId, double>& accepted) const;
+  std::vector<Overhang> Overhangs(const Map& map, const AcceptedLandmarks& accepted) const;
 
   LandmarkAcceptance acceptance_;
   NavigationTolerance tolerance_;

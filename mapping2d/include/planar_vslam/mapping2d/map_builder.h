@@ -58,6 +58,7 @@ struct MapBuilderOptions {
 struct PosedPoint {
   Eigen::Vector3d p_map = Eigen::Vector3d::Zero();
   double depth_sigma = 0.0;  // m, along the ray
+  bool blocks = true;        // otherwise the ray clears only
 };
 // `epoch` is the stretch of the drive an observation belongs to: of two that disagree the later one is believed.
 struct PosedPoints {
