@@ -295,7 +295,8 @@ TrackResult Tracker::Track(const TrackInput& input, const Map& map) {
   Prediction used;
   TrackResult result;
   const bool was_tracked = visually_tracked_;
-  if (FindFirstPose(input, map, prediction, &used, &result) && TrackLocalMap(input, map, used, &result)) {
+  if (FindFirstPose(input, map, prediction, &used, &result) && TrackLocalMap(input, map, used, &result) &&
+      !IsLookAlike(prediction, result)) {
     result.odometry_rejected = result.odometry_rejected || used.from_odometry != prediction.from_odometry;
     if (result.odometry_rejected) {
       result.slip = LogSe2(ProjectToPlane(prediction.T_map_base).Inverse() * ProjectToPlane(result.T_map_base));

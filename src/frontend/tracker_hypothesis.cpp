@@ -95,6 +95,13 @@ bool Tracker::IsJump(const Prediction& prediction, const TrackResult& result) co
   return prediction.from_odometry && !IsNear(prediction.T_map_base, result.T_map_base, kJumpDistance, kJumpAngle);
 }
 
+// Buildings repeat themselves: a far place that only looks alike shows little of what should be in view there.
+bool Tracker::IsLookAlike(const Prediction& prediction, const TrackResult& result) const {
+  constexpr double kLeastShare = 0.3;  // of the landmarks that should be in view
+  return IsJump(prediction, result) &&
+         result.inliers < kLeastShare * static_cast<double>(result.matches.visible.size());
+}
+
 // The keyframe that sees most of what this frame sees becomes the reference.
 void Tracker::Adopt(const Map& map, const TrackResult& result) {
   const std::vector<KeyframeId> voted = VotedKeyframes(map, result.matches.landmarks, 1);

@@ -338,5 +338,23 @@ TEST_F(TrackerTest, NoticesThatItWasCarriedAway) {
   ExpectPose(result.T_map_base, test::SyntheticPose(1.4), 0.02, 0.005);
 }
 
+TEST_F(TrackerTest, IsNotCarriedAwayByAFewLandmarksThatLookAlike) {
+  ASSERT_EQ(Track(0.1).status, TrackStatus::kTracking);
+  x_ = 0.15;
+  for (int frame = 0; frame < 4; ++frame) Track(x_, false);
+  x_ = 1.4;
+  for (int frame = 0; frame < 40; ++frame) {
+    TrackInput input = Input(1.4);
+    input.odometry = test::ExactOdometry(world_, test::SyntheticPose(x_), test::SyntheticPose(x_));
+    FrameFeatures some;  // a quarter of what should be in view at 1.4 m
+    for (std::size_t i = 0; i < input.features->keypoints.size(); i += 4) {
+      some.keypoints.push_back(input.features->keypoints[i]);
+      some.descriptors.push_back(input.features->descriptors[i]);
+    }
+    input.features = std::make_shared<const FrameFeatures>(some);
+    ASSERT_EQ(tracker_.Track(input, map_).status, TrackStatus::kOdometry) << frame;
+  }
+}
+
 }  // namespace
 }  // namespace planar_vslam

@@ -123,6 +123,7 @@ class Tracker {
   bool BestHypothesis(const TrackInput& input, const Map& map, const Prediction& prediction,
                       const std::vector<KeyframeId>& candidates, TrackResult* best) const;
   bool IsJump(const Prediction& prediction, const TrackResult& result) const;
+  bool IsLookAlike(const Prediction& prediction, const TrackResult& result) const;
   void Adopt(const Map& map, const TrackResult& result);
   Prediction Predict(const TrackInput& input, const Map& map) const;
   bool TrackLastFrame(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result) const;
