@@ -24,7 +24,7 @@ namespace planar_vslam {
 // Shares by which a source of motion may read wrong throughout.
 struct SystematicErrors {
   double wheels = 0.005;
-  double laser = 0.0003;
+  double laser = 0.0005;
 };
 
 // `map` metric. Zero for the first keyframe.

@@ -18,7 +18,7 @@ struct ScaleOptions {
   double max_sigma = 0.01;      // of log(scale), well enough
   double min_distance = 1.0;    // m driven
   double wheel_sigma = 0.005;   // share by which calibrated wheels read wrong throughout
-  double laser_sigma = 0.0003;  // the same for a laser, whose metre is its clock
+  double laser_sigma = 0.0005;  // the same for a laser, whose metre is its clock
   double height_sigma = 0.005;  // m, of the camera's height over the floor
 
   std::vector<std::string> Problems() const;
