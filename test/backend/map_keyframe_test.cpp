@@ -194,6 +194,22 @@ TEST_F(MapKeyframeTest, LocalBundleAdjustmentPullsAPerturbedMapToTheTruth) {
   EXPECT_EQ(first.translation, world_.true_poses[0].translation) << "the first keyframe holds the map frame";
 }
 
+TEST_F(MapKeyframeTest, NowAndThenAdjustsAWideWindow) {
+  context_.options.young_map = 0;
+  context_.options.window = 2;
+  context_.options.link_neighbors = 1;
+  const auto moved = [this](int every) {
+    context_.options.wide_every = every;
+    const Map mapped = MapKeyframe(map_, Proposal(), context_).map;
+    return std::count_if(mapped.keyframes.begin(), mapped.keyframes.end(), [this](const auto& entry) {
+      const Keyframe* before = map_.keyframes.Find(entry.first);
+      return before != nullptr && before->T_map_base.translation != entry.second.T_map_base.translation;
+    });
+  };
+  constexpr int kNever = 1000;  // the map has fewer keyframes
+  EXPECT_GT(moved(1), moved(kNever));
+}
+
 TEST_F(MapKeyframeTest, CullsARedundantKeyframeAndBridgesItsOdometry) {
   context_.options.redundancy = 0.9;
   const MappingOutcome outcome = MapKeyframe(map_, Proposal(), context_);
