@@ -283,10 +283,8 @@ void SlamSystem::Propose(const FramePacket& packet, const FrameFeaturesPtr& feat
 
   auto task = std::make_shared<std::packaged_task<MappingOutcome()>>(
       [snapshot = map_, proposal = std::move(proposal),
-       context = MapperContext{
-           bundle_, options_.mapper, options_.scan_match, {options_.scale.wheel_sigma, options_.scale.laser_sigma}}] {
-        return MapKeyframe(*snapshot, proposal, context);
-      });
+       context = MapperContext{bundle_, options_.mapper, options_.scan_match, options_.scale.systematic,
+                               options_.loop}] { return MapKeyframe(*snapshot, proposal, context); });
   pending_ = Pending{task->get_future(), packet.image.stamp, result.T_map_base};
   executor_->Submit([task] { (*task)(); });
   CollectMapping(false);
@@ -303,6 +301,7 @@ void SlamSystem::CollectMapping(bool wait) {
   trajectory_.OnCulled(outcome.report.keyframes_culled);
   trajectory_.Reanchor(stamp, outcome.report.keyframe);
   ++report_.keyframes_made;
+  if (outcome.report.loop.has_value()) report_.loops.emplace_back(stamp, *outcome.report.loop);
   report_.keyframes_culled += static_cast<long>(outcome.report.keyframes_culled.size());
   tracker_.OnKeyframe(*map_, outcome.report.keyframe, T_keyframe_last);
   keyframe_covariance_ = outcome.report.covariance;

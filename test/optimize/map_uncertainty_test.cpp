@@ -11,6 +11,11 @@ namespace {
 
 constexpr SystematicErrors kNone{1e-9, 1e-9};
 
+Eigen::Matrix3d KeyframeCovariance(const Map& map, KeyframeId id, const BundleContext& context,
+                                   const SystematicErrors& systematic) {
+  return MapUncertainty(map, TiesOf(map, context), systematic).CovarianceOf(id);
+}
+
 // Only motion links tie the keyframes: no landmarks.
 Map Chain(int keyframes, const OdometryNoise& noise) {
   Map map;

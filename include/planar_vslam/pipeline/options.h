@@ -45,6 +45,7 @@ struct PipelineOptions {
   InitializerOptions initializer;
   TrackerOptions tracker;
   LocalMapperOptions mapper;
+  LoopOptions loop;
   BundleOptions bundle;
   OdometryNoise odometry_noise;
   PlanarPriorOptions planar;
