@@ -243,7 +243,8 @@ void SlamSystem::TrackFrame(const FramePacket& packet, const FrameFeaturesPtr& f
   if (!was_localized) PlaceFramesBefore(result);
   report->T_map_base = result.T_map_base;
   T_map_base_last_ = result.T_map_base;
-  trajectory_.Add({packet.image.stamp, result.reference, result.T_ref_base, packet.T_base_camera});
+  const bool on_odometry = result.status == TrackStatus::kOdometry;
+  trajectory_.Add({packet.image.stamp, result.reference, result.T_ref_base, packet.T_base_camera, on_odometry});
   if (!localizing()) sweeps_.Add(packet, trajectory_.size() - 1);
   if (result.wants_keyframe && !pending_.has_value()) {
     report->keyframe = true;
@@ -276,7 +277,7 @@ void SlamSystem::Propose(const FramePacket& packet, const FrameFeaturesPtr& feat
     std::optional<LaserSweep> own = sweeps_.TakeLatest(*packet.T_odom_base, packet.image.stamp);
     if (own.has_value()) proposal.keyframe.sweeps.push_back(std::move(*own));
   }
-  proposal.sweeps = sweeps_.Take(*map_, trajectory_);
+  proposal.sweeps = sweeps_.Take(*map_, trajectory_, result.status != TrackStatus::kOdometry);
   sightings_ = CountSightings{};
   since_keyframe_.reset();
   if (!packet.odometry.empty() || packet.T_odom_base.has_value()) since_keyframe_ = PreintegratedOdometry{};
@@ -313,7 +314,7 @@ void SlamSystem::CollectMapping(bool wait) {
 void SlamSystem::Finish() {
   CollectMapping(true);
   if (map_ == nullptr || localizing()) return;
-  const std::vector<AddSweeps> sweeps = sweeps_.Take(*map_, trajectory_);
+  const std::vector<AddSweeps> sweeps = sweeps_.Take(*map_, trajectory_, true);
   if (!sweeps.empty()) map_ = std::make_shared<const Map>(Apply(*map_, MapEdit(sweeps.begin(), sweeps.end())));
   if (!options_.final_bundle_adjustment) return;
   BundleContext context = bundle_;
