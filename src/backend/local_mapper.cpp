@@ -57,6 +57,35 @@ BundleResult WithoutValues(BundleResult result) {
   return result;
 }
 
+// Closes the loop that the newest keyframe shows, if it does.
+bool CloseLoopAt(Map* map, KeyframeId newest, const MapUncertainty& uncertainty, const MapperContext& context,
+                 MappingReport* report) {
+  const std::optional<Loop> loop = FindLoop(*map, newest, uncertainty, context.bundle, context.loop);
+  if (!loop.has_value()) return false;
+  std::optional<Map> closed = CloseLoop(*map, *loop, context.bundle);
+  if (!closed.has_value()) return false;
+  const Rigid3 T_map_before = map->keyframes.At(newest).T_map_base;
+  *map = std::move(*closed);
+  for (const LoopView& view : loop->views) FuseWithNeighbors(map, view.keyframe, context);
+  const MapEdit laser = LinkByLaser(*map, newest, context.scan_match);
+  *map = Apply(std::move(*map), laser);
+  const BundleResult bundle = AdjustBundle(*map, WholeMapRequest(*map), context.bundle);
+  *map = Apply(std::move(*map), ToEdit(bundle));
+  report->loop = ClosedLoop{loop->old, T_map_before.Inverse() * map->keyframes.At(newest).T_map_base};
+  return true;
+}
+
+// How well the map knows where the newest keyframe stands, once a loop that ends there is closed.
+void LookBack(Map* map, KeyframeId newest, const MapperContext& context, MappingReport* report) {
+  const MapUncertainty uncertainty(*map, TiesOf(*map, context.bundle), context.systematic);
+  if (!CloseLoopAt(map, newest, uncertainty, context, report)) {
+    report->covariance = uncertainty.CovarianceOf(newest);
+    return;
+  }
+  const MapUncertainty closed(*map, TiesOf(*map, context.bundle), context.systematic);
+  report->covariance = closed.CovarianceOf(newest);
+}
+
 }  // namespace
 
 std::vector<std::string> LocalMapperOptions::Problems() const {
@@ -109,7 +138,7 @@ MappingOutcome MapKeyframe(Map map, const KeyframeProposal& proposal, const Mapp
   map = Apply(std::move(map), ToEdit(bundle));
   report.bundle = WithoutValues(bundle);
 
-  if (map.metric) report.covariance = KeyframeCovariance(map, id, context.bundle, context.systematic);
+  if (map.metric) LookBack(&map, id, context, &report);
 
   const MapEdit redundant = CullKeyframes(map, id, o, &report.keyframes_culled);
   map = Apply(std::move(map), redundant);

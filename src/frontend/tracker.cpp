@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "planar_vslam/frontend/relocalizer.h"
+#include "planar_vslam/recognition/relocalizer.h"
 #include "planar_vslam/optimize/pose_only.h"
 #include "planar_vslam/planar/scale_recovery.h"
 

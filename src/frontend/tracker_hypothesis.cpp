@@ -2,7 +2,7 @@
 // while blind, after the robot was carried elsewhere.
 #include <algorithm>
 
-#include "planar_vslam/frontend/relocalizer.h"
+#include "planar_vslam/recognition/relocalizer.h"
 #include "planar_vslam/frontend/tracker.h"
 
 namespace planar_vslam {

@@ -165,6 +165,13 @@ Json ReportJson(const SlamSystem& system, const RunResult& result, const Pipelin
                      {"rms", planes.floor->rms}};
   }
   json["walls"] = planes.walls.size();
+  json["loops"] = Json::array();
+  for (const auto& [stamp, loop] : report.loops) {
+    json["loops"].push_back({{"t", stamp.Seconds()},
+                             {"old_keyframe", loop.old.value},
+                             {"moved", loop.T_before_after.translation.norm()},
+                             {"turned_deg", RadiansToDegrees(LogSo3(loop.T_before_after.rotation).norm())}});
+  }
   json["odometry_rejected"] = report.odometry_rejected;
   json["slips"] = report.slips;
   json["odometry_covariance"] = {{"by_model", report.odometry_by_model}, {"by_messages", report.odometry_by_messages}};

@@ -34,6 +34,7 @@ class Editor {
   void operator()(const MergeLandmarks& step);
   void operator()(const AddSweeps& step);
   void operator()(const AddLaserLinks& step);
+  void operator()(const EraseOdometryLink& step);
   void operator()(const SetKeyframePose& step);
   void operator()(const SetOffFloor& step);
   void operator()(const SetLandmarkPosition& step);
@@ -244,6 +245,10 @@ void Editor::operator()(const AddLaserLinks& step) {
   Keyframe* keyframe = map_.keyframes.Find(step.keyframe);
   if (keyframe == nullptr) return;
   for (const OdometryLink& link : step.links) AddLaserLink(step.keyframe, keyframe, link);
+}
+
+void Editor::operator()(const EraseOdometryLink& step) {
+  if (Keyframe* keyframe = map_.keyframes.Find(step.keyframe)) keyframe->odometry_link.reset();
 }
 
 void Editor::operator()(const SetKeyframePose& step) {

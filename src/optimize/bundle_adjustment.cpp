@@ -195,7 +195,7 @@ class BundleProblem {
     if (i == keyframes_.size() || (!IsFree(keyframes_[i]) && !IsFree(keyframes_[j]))) return;
     const Matrix6d covariance = LiftedCovariance(link.odometry, context_.odometry_noise);
     motion_factors_.emplace_back(Embed3(link.odometry.T_i_j), SquareRootInformation(covariance));
-    problem->AddResidualBlock(&motion_factors_.back(), &odometry_loss_, PoseBlock(i), PoseBlock(j));
+    problem->AddResidualBlock(&motion_factors_.back(), &motion_loss_, PoseBlock(i), PoseBlock(j));
   }
 
   void AddFloor(ceres::Problem* problem) {
@@ -246,7 +246,7 @@ class BundleProblem {
   ceres::CauchyLoss floor_point_loss_{2.0};  // sigmas
   FloorPoseManifold floor_manifold_;
   ceres::HuberLoss pixel_loss_{std::sqrt(kChi2TwoDof95)};
-  ceres::HuberLoss odometry_loss_{context_.options.odometry_huber};
+  ceres::CauchyLoss motion_loss_{context_.options.odometry_loss};
 };
 
 }  // namespace
@@ -255,7 +255,7 @@ std::vector<std::string> BundleOptions::Problems() const {
   std::vector<std::string> problems;
   if (max_iterations < 1) problems.emplace_back("max_iterations must be at least 1");
   if (!(pixel_sigma > 0.0)) problems.emplace_back("pixel_sigma must be positive (px)");
-  if (!(odometry_huber > 0.0)) problems.emplace_back("odometry_huber must be positive");
+  if (!(odometry_loss > 0.0)) problems.emplace_back("odometry_loss must be positive");
   return problems;
 }
 

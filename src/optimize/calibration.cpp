@@ -215,7 +215,7 @@ class CalibrationProblem {
   std::deque<ceres::NormalPrior> priors_;
   PlanarPriorFactor floor_{context_.planar.sigma_height, context_.planar.sigma_tilt};
   ceres::HuberLoss pixel_loss_{std::sqrt(kChi2TwoDof95)};
-  ceres::HuberLoss motion_loss_{context_.options.odometry_huber};
+  ceres::HuberLoss motion_loss_{context_.options.odometry_loss};
   std::unique_ptr<ceres::ParameterBlockOrdering> ordering_;
   std::unique_ptr<ceres::Problem> problem_;  // last: it refers to all of the above
 };

@@ -28,7 +28,7 @@ std::optional<ScaleEvidence> FromLaser(const Map& map, const ScaleOptions& optio
     }
   }
   if (!(weights > 0.0)) return std::nullopt;
-  return ScaleEvidence{sum / weights, Hypotenuse(options.laser_sigma, 1.0 / std::sqrt(weights))};
+  return ScaleEvidence{sum / weights, Hypotenuse(options.systematic.laser, 1.0 / std::sqrt(weights))};
 }
 
 std::optional<ScaleEvidence> FromFloor(const Map& map, const ScaleOptions& options) {
@@ -69,8 +69,8 @@ std::vector<std::string> ScaleOptions::Problems() const {
   };
   positive(max_sigma, "max_sigma");
   positive(min_distance, "min_distance");
-  positive(wheel_sigma, "wheel_sigma");
-  positive(laser_sigma, "laser_sigma");
+  positive(systematic.wheels, "wheel_sigma");
+  positive(systematic.laser, "laser_sigma");
   positive(height_sigma, "height_sigma");
   return problems;
 }
@@ -99,7 +99,8 @@ MapScale AssessScale(const Map& map, const ScaleOptions& options) {
   scale.track = EstimateScale(LinkedTrack(map));
   std::vector<ScaleEvidence> sources;
   if (scale.track.has_value()) {
-    scale.wheels = ScaleEvidence{std::log(scale.track->scale), Hypotenuse(options.wheel_sigma, scale.track->sigma)};
+    scale.wheels =
+        ScaleEvidence{std::log(scale.track->scale), Hypotenuse(options.systematic.wheels, scale.track->sigma)};
     sources.push_back(*scale.wheels);
   }
   if (map.metric) {

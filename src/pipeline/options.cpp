@@ -129,10 +129,14 @@ void AddBackEnd(PipelineOptions& o, FieldList* f) {
   f->Add("mapper.redundancy", o.mapper.redundancy);
   f->Add("mapper.min_found_ratio", o.mapper.min_found_ratio);
   f->Add("mapper.nearby_distance", o.mapper.nearby_distance);
+  f->Add("loop.close", o.loop.enabled);
+  f->Add("loop.min_inliers", o.loop.min_inliers);
+  f->Add("loop.min_share", o.loop.min_share);
+  f->Add("loop.sigma_factor", o.loop.sigma_factor);
   f->Add("bundle.max_iterations", o.bundle.max_iterations);
   f->Add("bundle.drop_outliers", o.bundle.drop_outliers);
   f->Add("bundle.pixel_sigma", o.bundle.pixel_sigma);
-  f->Add("bundle.odometry_huber", o.bundle.odometry_huber);
+  f->Add("bundle.odometry_loss", o.bundle.odometry_loss);
   f->Add("bundle.use_odometry", o.bundle.use_odometry);
   f->Add("bundle.final", o.final_bundle_adjustment);
   f->Add("calibration.odometry_scale_x", o.calibration.odometry.scale.x());
@@ -153,8 +157,8 @@ void AddBackEnd(PipelineOptions& o, FieldList* f) {
   f->Add("scale.keyframes", o.scale.keyframes);
   f->Add("scale.max_sigma", o.scale.max_sigma);
   f->Add("scale.min_distance", o.scale.min_distance);
-  f->Add("scale.wheel_sigma", o.scale.wheel_sigma);
-  f->Add("scale.laser_sigma", o.scale.laser_sigma);
+  f->Add("scale.wheel_sigma", o.scale.systematic.wheels);
+  f->Add("scale.laser_sigma", o.scale.systematic.laser);
   f->Add("scale.height_sigma", o.scale.height_sigma);
 }
 
@@ -304,6 +308,7 @@ std::vector<std::string> PipelineOptions::Problems() const {
   add("odometry_noise", odometry_noise.Problems());
   add("planar", planar.Problems());
   add("calibration", calibration.Problems());
+  add("loop", loop.Problems());
   add("laser", scan_match.Problems());
   add("mapping2d", mapping2d.Problems());
   add("scale", scale.Problems());

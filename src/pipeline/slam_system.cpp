@@ -243,7 +243,8 @@ void SlamSystem::TrackFrame(const FramePacket& packet, const FrameFeaturesPtr& f
   if (!was_localized) PlaceFramesBefore(result);
   report->T_map_base = result.T_map_base;
   T_map_base_last_ = result.T_map_base;
-  trajectory_.Add({packet.image.stamp, result.reference, result.T_ref_base, packet.T_base_camera});
+  const bool on_odometry = result.status == TrackStatus::kOdometry;
+  trajectory_.Add({packet.image.stamp, result.reference, result.T_ref_base, packet.T_base_camera, on_odometry});
   if (!localizing()) sweeps_.Add(packet, trajectory_.size() - 1);
   if (result.wants_keyframe && !pending_.has_value()) {
     report->keyframe = true;
@@ -276,17 +277,15 @@ void SlamSystem::Propose(const FramePacket& packet, const FrameFeaturesPtr& feat
     std::optional<LaserSweep> own = sweeps_.TakeLatest(*packet.T_odom_base, packet.image.stamp);
     if (own.has_value()) proposal.keyframe.sweeps.push_back(std::move(*own));
   }
-  proposal.sweeps = sweeps_.Take(*map_, trajectory_);
+  proposal.sweeps = sweeps_.Take(*map_, trajectory_, result.status != TrackStatus::kOdometry);
   sightings_ = CountSightings{};
   since_keyframe_.reset();
   if (!packet.odometry.empty() || packet.T_odom_base.has_value()) since_keyframe_ = PreintegratedOdometry{};
 
   auto task = std::make_shared<std::packaged_task<MappingOutcome()>>(
       [snapshot = map_, proposal = std::move(proposal),
-       context = MapperContext{
-           bundle_, options_.mapper, options_.scan_match, {options_.scale.wheel_sigma, options_.scale.laser_sigma}}] {
-        return MapKeyframe(*snapshot, proposal, context);
-      });
+       context = MapperContext{bundle_, options_.mapper, options_.scan_match, options_.scale.systematic,
+                               options_.loop}] { return MapKeyframe(*snapshot, proposal, context); });
   pending_ = Pending{task->get_future(), packet.image.stamp, result.T_map_base};
   executor_->Submit([task] { (*task)(); });
   CollectMapping(false);
@@ -303,6 +302,7 @@ void SlamSystem::CollectMapping(bool wait) {
   trajectory_.OnCulled(outcome.report.keyframes_culled);
   trajectory_.Reanchor(stamp, outcome.report.keyframe);
   ++report_.keyframes_made;
+  if (outcome.report.loop.has_value()) report_.loops.emplace_back(stamp, *outcome.report.loop);
   report_.keyframes_culled += static_cast<long>(outcome.report.keyframes_culled.size());
   tracker_.OnKeyframe(*map_, outcome.report.keyframe, T_keyframe_last);
   keyframe_covariance_ = outcome.report.covariance;
@@ -314,7 +314,7 @@ void SlamSystem::CollectMapping(bool wait) {
 void SlamSystem::Finish() {
   CollectMapping(true);
   if (map_ == nullptr || localizing()) return;
-  const std::vector<AddSweeps> sweeps = sweeps_.Take(*map_, trajectory_);
+  const std::vector<AddSweeps> sweeps = sweeps_.Take(*map_, trajectory_, true);
   if (!sweeps.empty()) map_ = std::make_shared<const Map>(Apply(*map_, MapEdit(sweeps.begin(), sweeps.end())));
   if (!options_.final_bundle_adjustment) return;
   BundleContext context = bundle_;

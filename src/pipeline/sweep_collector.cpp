@@ -36,10 +36,15 @@ std::optional<LaserSweep> SweepCollector::TakeLatest(const Rigid2& T_odom_base, 
   return LaserSweep{std::move(latest.scan), latest.T_base_laser, T_odom_base.Inverse() * latest.T_odom_base};
 }
 
-std::vector<AddSweeps> SweepCollector::Take(const Map& map, const TrajectoryRecorder& trajectory) {
+std::vector<AddSweeps> SweepCollector::Take(const Map& map, const TrajectoryRecorder& trajectory, bool all) {
   if (!map.metric) return {};
   std::map<KeyframeId, std::vector<LaserSweep>> by_keyframe;
+  std::vector<Waiting> waiting_on;
   for (Waiting& sweep : waiting_) {
+    if (!all && trajectory.IsOnOdometry(sweep.frame)) {
+      waiting_on.push_back(std::move(sweep));
+      continue;
+    }
     const auto [keyframe, T_keyframe_frame] = trajectory.Anchor(map, sweep.frame);
     // Between poses in the plane: the sway of either body is not the laser's.
     const Rigid3& T_map_keyframe = map.keyframes.At(keyframe).T_map_base;
@@ -47,7 +52,7 @@ std::vector<AddSweeps> SweepCollector::Take(const Map& map, const TrajectoryReco
     by_keyframe[keyframe].push_back(
         {std::move(sweep.scan), sweep.T_base_laser, ProjectToPlane(T_map_keyframe).Inverse() * T_map_base});
   }
-  waiting_.clear();
+  waiting_ = std::move(waiting_on);
   std::vector<AddSweeps> edits;
   for (auto& [keyframe, sweeps] : by_keyframe) edits.push_back({keyframe, std::move(sweeps)});
   return edits;

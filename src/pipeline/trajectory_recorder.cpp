@@ -1,15 +1,26 @@
 #include "planar_vslam/pipeline/trajectory_recorder.h"
 
+#include <algorithm>
+
 #include "planar_vslam/geometry/check.h"
 #include "planar_vslam/planar/scale_recovery.h"
 
 namespace planar_vslam {
 
 void TrajectoryRecorder::Reanchor(Timestamp stamp, KeyframeId keyframe) {
-  for (auto it = frames_.rbegin(); it != frames_.rend() && it->stamp >= stamp; ++it) {
-    if (it->stamp != stamp) continue;
+  const auto made = std::find_if(frames_.rbegin(), frames_.rend(), [stamp](const auto& f) { return f.stamp <= stamp; });
+  if (made == frames_.rend() || made->stamp != stamp) return;
+  const RecordedFrame before = *made;
+  made->reference = keyframe;
+  made->T_ref_base = Rigid3();
+  made->on_odometry = false;
+  if (!before.on_odometry) return;
+  const Rigid3 T_keyframe_ref = before.T_ref_base.Inverse();
+  for (auto it = std::next(made); it != frames_.rend(); ++it) {
+    if (!it->on_odometry || it->reference != before.reference) break;
     it->reference = keyframe;
-    it->T_ref_base = Rigid3();
+    it->T_ref_base = T_keyframe_ref * it->T_ref_base;
+    it->on_odometry = false;
   }
 }
 

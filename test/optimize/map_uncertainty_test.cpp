@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 
 #include "support/synthetic_map.h"
 
@@ -10,6 +11,11 @@ namespace planar_vslam {
 namespace {
 
 constexpr SystematicErrors kNone{1e-9, 1e-9};
+
+Eigen::Matrix3d KeyframeCovariance(const Map& map, KeyframeId id, const BundleContext& context,
+                                   const SystematicErrors& systematic) {
+  return MapUncertainty(map, TiesOf(map, context), systematic).CovarianceOf(id);
+}
 
 // Only motion links tie the keyframes: no landmarks.
 Map Chain(int keyframes, const OdometryNoise& noise) {
@@ -101,6 +107,101 @@ TEST(KeyframeCovariance, OfAKeyframeNothingTiesIsHuge) {
   alone.features = std::make_shared<const FrameFeatures>();
   map = Apply(std::move(map), {AddKeyframe{KeyframeId{2}, alone}});
   EXPECT_GT(KeyframeCovariance(map, KeyframeId{2}, context, kNone).diagonal().minCoeff(), 1e3);
+}
+
+TEST(MapUncertainty, OfTwoKeyframesIsThatOfTheWayBetweenThem) {
+  const BundleContext context = Context();
+  const Map map = Chain(9, context.odometry_noise);
+  const MapUncertainty uncertainty(map, TiesOf(map, context), kNone);
+  const Eigen::Matrix3d half = uncertainty.CovarianceOf(KeyframeId{4});
+  const Eigen::Matrix3d between = uncertainty.CovarianceBetween(KeyframeId{4}, KeyframeId{8});
+  EXPECT_LT((between - half).norm(), 1e-3 * half.norm());  // four equal steps either way
+  const Eigen::Matrix3d from_origin = uncertainty.CovarianceBetween(KeyframeId{0}, KeyframeId{8});
+  EXPECT_LT((from_origin - uncertainty.CovarianceOf(KeyframeId{8})).norm(), 1e-3 * from_origin.norm());
+}
+
+// The last keyframe of the world stays where it was, by its wheels, and sees another world.
+Map Carried(const test::SyntheticWorld& world, std::size_t keypoints) {
+  auto features = std::make_shared<FrameFeatures>();
+  features->keypoints.resize(keypoints);
+  features->descriptors.resize(keypoints);
+  features->grid = ImageGrid(features->keypoints);
+  Keyframe keyframe = std::prev(world.map.keyframes.end())->second;
+  keyframe.odometry_link = OdometryLink{std::prev(world.map.keyframes.end())->first, PreintegratedOdometry{}};
+  keyframe.features = features;
+  keyframe.landmarks.assign(keypoints, LandmarkId{});
+  return Apply(world.map, {AddKeyframe{KeyframeId{world.map.next_keyframe_id}, keyframe}});
+}
+
+std::size_t CountDoubtful(const std::vector<MapTie>& ties) {
+  return static_cast<std::size_t>(std::count_if(ties.begin(), ties.end(), [](const MapTie& t) { return t.doubtful; }));
+}
+
+TEST(MapTies, AStepOfTheWheelsIntoQuiteAnotherViewIsDoubtful) {
+  const test::SyntheticWorld world = test::MakeSyntheticWorld({});
+  EXPECT_EQ(CountDoubtful(TiesOf(world.map, world.Context())), 0u);
+  const Map carried = Carried(world, 300);
+  const std::vector<MapTie> ties = TiesOf(carried, world.Context());
+  ASSERT_EQ(CountDoubtful(ties), 1u);
+  EXPECT_EQ(ties.back().j, carried.keyframes.size() - 1);
+  EXPECT_GT(ties.back().covariance(0, 0), 1.0);
+}
+
+TEST(MapTies, ADarkViewMakesNoStepDoubtful) {
+  const test::SyntheticWorld world = test::MakeSyntheticWorld({});
+  EXPECT_EQ(CountDoubtful(TiesOf(Carried(world, 20), world.Context())), 0u);
+}
+
+TEST(MapTies, ALaserThatSawTheStepMakesItCertain) {
+  const test::SyntheticWorld world = test::MakeSyntheticWorld({});
+  Map map = Carried(world, 300);
+  const auto& [id, keyframe] = *std::prev(map.keyframes.end());
+  map = Apply(std::move(map), {AddLaserLinks{id, {*keyframe.odometry_link}}});
+  EXPECT_EQ(CountDoubtful(TiesOf(map, world.Context())), 0u);
+}
+
+// The last keyframe stands 20 m from the others, still sees `old` of their landmarks, and `fresh` ones of its own.
+Map FarAway(const test::SyntheticWorld& world, int old, int fresh) {
+  const auto& [last, keyframe] = *std::prev(world.map.keyframes.end());
+  auto features = std::make_shared<FrameFeatures>();
+  features->keypoints.resize(200);
+  features->descriptors.resize(200);
+  Keyframe far = keyframe;
+  far.T_map_base = keyframe.T_map_base * Embed3(Rigid2(20.0, 0.0, 0.0));
+  far.features = features;
+  far.odometry_link.reset();
+  far.landmarks.assign(200, LandmarkId{});
+  std::vector<LandmarkId> seen;
+  std::copy_if(keyframe.landmarks.begin(), keyframe.landmarks.end(), std::back_inserter(seen),
+               [](LandmarkId id) { return id.valid(); });
+  for (int i = 0; i < old; ++i) {
+    far.landmarks[static_cast<std::size_t>(i)] = seen[static_cast<std::size_t>(i)];
+  }
+  const KeyframeId id{world.map.next_keyframe_id}, beside{id.value + 1};
+  MapEdit edit{AddKeyframe{id, far}};
+  far.landmarks.assign(200, LandmarkId{});
+  edit.emplace_back(AddKeyframe{beside, far});
+  for (int i = 0; i < fresh; ++i) {
+    const auto keypoint = static_cast<std::uint32_t>(old + i);
+    Landmark landmark;
+    landmark.p_map = far.T_map_camera() * Eigen::Vector3d(0.0, 0.0, 2.0);
+    landmark.observations = {{id, keypoint}, {beside, keypoint}};
+    landmark.created_by = id;
+    edit.emplace_back(AddLandmark{LandmarkId{world.map.next_landmark_id + static_cast<std::uint32_t>(i)}, landmark});
+  }
+  return Apply(world.map, edit);
+}
+
+TEST(MapTies, AFewLandmarksOfAnOldPlaceDoNotBringAPoseHome) {
+  const test::SyntheticWorld world = test::MakeSyntheticWorld({});
+  const auto ties_to_old_place = [&world](const Map& map) {
+    const std::vector<MapTie> ties = TiesOf(map, world.Context());
+    return std::count_if(ties.begin(), ties.end(), [&world](const MapTie& tie) {
+      return tie.source == TieSource::kLandmarks && tie.j == world.map.keyframes.size() && tie.i < tie.j;
+    });
+  };
+  EXPECT_GT(ties_to_old_place(FarAway(world, 40, 10)), 0);
+  EXPECT_EQ(ties_to_old_place(FarAway(world, 40, 90)), 0);
 }
 
 }  // namespace

@@ -23,7 +23,7 @@ TEST(AssessScale, WheelsSeeAMapThatIsTooLarge) {
     const MapScale scale = AssessScale(map, ScaleOptions{});
     ASSERT_TRUE(scale.wheels.has_value());
     EXPECT_NEAR(scale.wheels->log_scale, -std::log(size), 1e-3) << size;
-    EXPECT_GE(scale.wheels->sigma, ScaleOptions{}.wheel_sigma);
+    EXPECT_GE(scale.wheels->sigma, ScaleOptions{}.systematic.wheels);
     EXPECT_FALSE(scale.laser.has_value());
     ASSERT_TRUE(scale.fused.has_value());
   }
@@ -103,7 +103,7 @@ TEST(ScaleOptions, NameWhatIsWrong) {
   EXPECT_TRUE(options.Problems().empty());
   options.keyframes = 2;
   options.max_sigma = 0.0;
-  options.laser_sigma = -1.0;
+  options.systematic.laser = -1.0;
   EXPECT_EQ(options.Problems().size(), 3U);
 }
 

@@ -13,16 +13,17 @@ class SweepCollectorTest : public ::testing::Test {
   SweepCollectorTest() : world_(test::MakeSyntheticWorld({})), map_(world_.map) {}
 
   // A frame that stands `x` metres past the third keyframe by odometry and by pose, with one sweep taken there.
-  void AddFrame(double x) {
+  void AddFrame(double x, bool on_odometry = false) {
     FramePacket packet;
     packet.T_odom_base = Rigid2(x, 0.0, 0.0);
     packet.scans.push_back({PlanarScan{}, Rigid3(), Rigid2(0.01, 0.0, 0.0)});
-    trajectory_.Add({Timestamp{++frame_}, KeyframeId{2}, Embed3(Rigid2(x, 0.0, 0.0)), world_.T_base_camera});
+    trajectory_.Add(
+        {Timestamp{++frame_}, KeyframeId{2}, Embed3(Rigid2(x, 0.0, 0.0)), world_.T_base_camera, on_odometry});
     collector_.Add(packet, trajectory_.size() - 1);
   }
   std::size_t Taken() {
     std::size_t count = 0;
-    for (const AddSweeps& edit : collector_.Take(map_, trajectory_)) count += edit.sweeps.size();
+    for (const AddSweeps& edit : collector_.Take(map_, trajectory_, true)) count += edit.sweeps.size();
     return count;
   }
 
@@ -33,9 +34,18 @@ class SweepCollectorTest : public ::testing::Test {
   std::int64_t frame_ = 0;
 };
 
+TEST_F(SweepCollectorTest, SweepsOfFramesOnOdometryWaitForTheirKeyframe) {
+  AddFrame(0.1);
+  AddFrame(0.2, true);
+  const std::vector<AddSweeps> edits = collector_.Take(map_, trajectory_, false);
+  ASSERT_EQ(edits.size(), 1U);
+  EXPECT_EQ(edits[0].sweeps.size(), 1U);
+  EXPECT_EQ(Taken(), 1U);
+}
+
 TEST_F(SweepCollectorTest, SweepsGoToTheKeyframeOfTheirFrame) {
   AddFrame(0.1);
-  const std::vector<AddSweeps> edits = collector_.Take(map_, trajectory_);
+  const std::vector<AddSweeps> edits = collector_.Take(map_, trajectory_, true);
   ASSERT_EQ(edits.size(), 1U);
   EXPECT_EQ(edits[0].keyframe, KeyframeId{2});
   ASSERT_EQ(edits[0].sweeps.size(), 1U);
@@ -49,7 +59,7 @@ TEST_F(SweepCollectorTest, SweepsFollowAFrameWhoseKeyframeIsCulled) {
   const Rigid3 T_anchor_culled = anchor.T_map_base.Inverse() * culled.T_map_base;
   const Rigid2 expected = ProjectToPlane(culled.T_map_base) * Rigid2(0.11, 0.0, 0.0);
   trajectory_.OnCulled({{KeyframeId{2}, KeyframeId{1}, T_anchor_culled, anchor.T_base_camera, culled.T_base_camera}});
-  const std::vector<AddSweeps> edits = collector_.Take(Apply(map_, {EraseKeyframe{KeyframeId{2}}}), trajectory_);
+  const std::vector<AddSweeps> edits = collector_.Take(Apply(map_, {EraseKeyframe{KeyframeId{2}}}), trajectory_, true);
   ASSERT_EQ(edits.size(), 1U);
   EXPECT_EQ(edits[0].keyframe, KeyframeId{1});
   const Rigid2 found = ProjectToPlane(anchor.T_map_base) * edits[0].sweeps.at(0).T_keyframe_base;

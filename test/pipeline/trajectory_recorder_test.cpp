@@ -101,5 +101,22 @@ TEST_F(TrajectoryRecorderTest, TheFrameThatBecameAKeyframeFollowsIt) {
   ExpectPoses(truth_, 1e-9);
 }
 
+TEST_F(TrajectoryRecorderTest, FramesOnOdometryHangOnTheKeyframeThatEndsThem) {
+  const KeyframeId last{map_.next_keyframe_id - 1}, before{map_.next_keyframe_id - 2};
+  TrajectoryRecorder recorder;
+  const auto add = [&](double t, double x, bool on_odometry) {
+    recorder.Add({Timestamp::FromSeconds(t), before, Embed3(Rigid2(x, 0.0, 0.0)), world_.T_base_camera, on_odometry});
+  };
+  add(1.0, 0.1, false);
+  add(1.1, 0.2, true);
+  add(1.2, 0.3, true);
+  recorder.Reanchor(Timestamp::FromSeconds(1.2), last);
+  EXPECT_EQ(recorder.Anchor(map_, 0).first, before);
+  EXPECT_EQ(recorder.Anchor(map_, 1).first, last);
+  EXPECT_EQ(recorder.Anchor(map_, 2).first, last);
+  EXPECT_NEAR(recorder.Anchor(map_, 1).second.translation.x(), -0.1, 1e-12);
+  EXPECT_FALSE(recorder.IsOnOdometry(1));
+}
+
 }  // namespace
 }  // namespace planar_vslam

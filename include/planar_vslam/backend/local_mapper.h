@@ -1,10 +1,11 @@
 #pragma once
 // What happens to the map when a keyframe arrives: it is added, linked to earlier ones by matching their laser sweeps,
 // recent landmarks are culled, new ones triangulated with its neighbours, duplicates fused, the neighbourhood
-// bundle-adjusted, redundant keyframes culled.
+// bundle-adjusted, a loop that ends there closed, redundant keyframes culled.
 #include <string>
 #include <vector>
 
+#include "planar_vslam/backend/loop_closing.h"
 #include "planar_vslam/map/map.h"
 #include "planar_vslam/map/map_edit.h"
 #include "planar_vslam/optimize/bundle_adjustment.h"
@@ -40,6 +41,7 @@ struct MapperContext {
   LocalMapperOptions options;
   ScanMatchOptions scan_match;
   SystematicErrors systematic = {};
+  LoopOptions loop = {};
 };
 
 // A tracked frame to be made a keyframe. `keyframe.landmarks` holds the tracker's matches; its odometry link is made
@@ -60,9 +62,15 @@ struct CulledKeyframe {
   Rigid3 T_anchor_camera, T_culled_camera;  // their extrinsics: a rescaled map scales camera motion only
 };
 
+struct ClosedLoop {
+  KeyframeId old;         // keyframe of the place that was recognised
+  Rigid3 T_before_after;  // how far the newest keyframe was off, and the map with it
+};
+
 struct MappingReport {
   KeyframeId keyframe;
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  // of its pose in the map (map_uncertainty.h)
+  std::optional<ClosedLoop> loop;
   int laser_links = 0;
   int triangulated = 0;
   int fused = 0;

@@ -6,13 +6,13 @@
 #include <string>
 #include <vector>
 
-#include "planar_vslam/frontend/projection_search.h"
 #include "planar_vslam/map/map.h"
 #include "planar_vslam/optimize/pose_only.h"
 #include "planar_vslam/planar/floor_monitor.h"
 #include "planar_vslam/planar/odometry_noise.h"
 #include "planar_vslam/planar/planar_prior.h"
 #include "planar_vslam/planar/preintegration.h"
+#include "planar_vslam/recognition/projection_search.h"
 #include "planar_vslam/sensor/camera_model.h"
 
 namespace planar_vslam {

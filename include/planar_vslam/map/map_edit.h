@@ -56,6 +56,10 @@ struct AddLaserLinks {
   KeyframeId keyframe;
   std::vector<OdometryLink> links;
 };
+// What the wheels said of the way here turned out to be wrong: the robot was carried.
+struct EraseOdometryLink {
+  KeyframeId keyframe;
+};
 struct SetKeyframePose {
   KeyframeId id;
   Rigid3 T_map_base;
@@ -83,9 +87,10 @@ struct SetMetric {
   bool metric = true;
 };
 
-using MapEditStep = std::variant<AddKeyframe, AddLandmark, AddObservation, EraseObservation, EraseLandmarks,
-                                 EraseKeyframe, MergeLandmarks, AddSweeps, AddLaserLinks, SetKeyframePose, SetOffFloor,
-                                 SetLandmarkPosition, CountSightings, TransformMap, SetMetric>;
+using MapEditStep =
+    std::variant<AddKeyframe, AddLandmark, AddObservation, EraseObservation, EraseLandmarks, EraseKeyframe,
+                 MergeLandmarks, AddSweeps, AddLaserLinks, EraseOdometryLink, SetKeyframePose, SetOffFloor,
+                 SetLandmarkPosition, CountSightings, TransformMap, SetMetric>;
 using MapEdit = std::vector<MapEditStep>;
 
 // Steps naming ids that no longer exist are passed over (the map may have moved on since the edit was made), except

@@ -1,6 +1,6 @@
 #pragma once
 // Bundle adjustment over part of a map or all of it, with Ceres:
-//   sum rho_huber(|e_reprojection|^2 / sigma^2) + sum rho(|e_odometry|^2_Sigma) + sum |e_planar|^2
+//   sum rho_huber(|e_reprojection|^2 / sigma^2) + sum rho_cauchy(|e_odometry|^2_Sigma) + sum |e_planar|^2
 // over base poses T_map_base (camera through T_base_camera at that stamp) and points. Values in, values out.
 // With planar.mode se2_xyz or hard, free keyframes on the floor are put on it and keep 3 dof, without e_planar; with
 // se2_xyz the reprojections of all keyframes on the floor are weighted by planar_reprojection_factor.h, anew a round.
@@ -17,10 +17,10 @@
 namespace planar_vslam {
 
 struct BundleOptions {
-  int max_iterations = 5;       // of the first round and of the second each
-  bool drop_outliers = true;    // second round without observations beyond the 95 % chi-square limit
-  double pixel_sigma = 1.0;     // px at octave 0; grows with the octave's scale
-  double odometry_huber = 3.5;  // in units of the 6-D Mahalanobis norm
+  int max_iterations = 5;      // of the first round and of the second each
+  bool drop_outliers = true;   // second round without observations beyond the 95 % chi-square limit
+  double pixel_sigma = 1.0;    // px at octave 0; grows with the octave's scale
+  double odometry_loss = 2.0;  // Cauchy, in units of the 6-D Mahalanobis norm: what slipped pulls at nothing
   bool use_odometry = true;
   std::vector<std::string> Problems() const;
 };

@@ -1,34 +1,44 @@
 #pragma once
-// How uncertain a keyframe's pose is in its map, whose origin is the first keyframe: [x, y, heading], a right
-// perturbation in the base. Bundle adjustment gives poses given the map around; what the map itself has drifted comes
-// from the chain of everything that ties keyframes together. Each tie between keyframes i and j is a relative pose with
+// How uncertain keyframes' poses are in their map, whose origin is the first keyframe: [x, y, heading], right
+// perturbations in the base. Bundle adjustment gives poses given the map around; what the map itself has drifted comes
+// from all that ties keyframes together (map_ties.h). Each tie between keyframes i and j is a relative pose with
 // information W, and with  e = Log(T_i_j^-1 T_map_i^-1 T_map_j),  de/dd_j = I,  de/dd_i = -Ad(T_i_j^-1):
-//   H = sum J^T W J,  the first keyframe fixed;  the covariance is the keyframe's block of H^-1.
-// Ties are
-//   - odometry and laser links with their own covariance, and what each source reads long throughout, a share b of
-//   every
-//     motion it measured: unknowns of H beside the poses, with  de/db = -R_i_j^T t_i_j  and a prior of their own;
-//   - landmarks in common. n of them, of N that j sees, at a depth z tell a heading to
-//       sigma = k sigma_px / (f sqrt(n)) * N / n
-//     and a position to z sigma, along the way between the two to a share of its length besides, which one camera does
-//     not measure. The factor k makes up for what neighbours' ties share: they are no independent measurements, as they
-//     come from the same landmarks. N / n: a pose goes with the majority of what it sees, so a few landmarks of an old
-//     place do not bring it back there.
+//   H = sum J^T W J,  the first keyframe fixed;  covariances are blocks of H^-1.
+// What wheels and laser each read long throughout, a share b of every motion they measured, are unknowns of H beside
+// the poses, with  de/db = -R_i_j^T t_i_j  and a prior of their own.
 #include <Eigen/Core>
+#include <Eigen/SparseCholesky>
+#include <vector>
 
 #include "planar_vslam/map/map.h"
-#include "planar_vslam/optimize/bundle_adjustment.h"
+#include "planar_vslam/optimize/map_ties.h"
 
 namespace planar_vslam {
 
 // Shares by which a source of motion may read wrong throughout.
 struct SystematicErrors {
   double wheels = 0.005;
-  double laser = 0.0005;
+  double laser = 0.0005;  // its metre is its clock
 };
 
-// `map` metric. Zero for the first keyframe.
-Eigen::Matrix3d KeyframeCovariance(const Map& map, KeyframeId id, const BundleContext& context,
-                                   const SystematicErrors& systematic);
+class MapUncertainty {
+ public:
+  // `map` metric, with a keyframe.
+  MapUncertainty(const Map& map, const std::vector<MapTie>& ties, const SystematicErrors& systematic);
+
+  // Zero for the first keyframe.
+  Eigen::Matrix3d CovarianceOf(KeyframeId id) const;
+  // Of where `to` stands as `from` sees it.
+  Eigen::Matrix3d CovarianceBetween(KeyframeId from, KeyframeId to) const;
+
+ private:
+  Eigen::Index IndexOf(KeyframeId id) const;
+  Eigen::MatrixXd Columns(const std::vector<Eigen::Index>& blocks) const;
+
+  std::vector<KeyframeId> ids_;
+  std::vector<Rigid2> poses_;
+  Eigen::Index size_;
+  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver_;  // of H
+};
 
 }  // namespace planar_vslam

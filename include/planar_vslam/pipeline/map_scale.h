@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "planar_vslam/map/map.h"
+#include "planar_vslam/optimize/map_uncertainty.h"
 #include "planar_vslam/planar/scale_estimate.h"
 
 namespace planar_vslam {
@@ -17,8 +18,7 @@ struct ScaleOptions {
   int keyframes = 0;            // the paper's N: scale is taken at this many keyframes; 0: once it is known well enough
   double max_sigma = 0.01;      // of log(scale), well enough
   double min_distance = 1.0;    // m driven
-  double wheel_sigma = 0.005;   // share by which calibrated wheels read wrong throughout
-  double laser_sigma = 0.0005;  // the same for a laser, whose metre is its clock
+  SystematicErrors systematic;  // of calibrated wheels and the laser
   double height_sigma = 0.005;  // m, of the camera's height over the floor
 
   std::vector<std::string> Problems() const;

@@ -20,10 +20,10 @@
 namespace planar_vslam {
 
 // How well the camera's mount tells where the base is: at the map's first keyframe, whose base is the map's origin, and
-// at every frame again. A camera that shakes by a fifth of a degree turns the map's axes by as much.
+// at every frame again. A camera that shakes by a sixth of a degree turns the map's axes by as much.
 struct MountUncertainty {
-  double position = 0.003;               // m, x and y
-  double angle = DegreesToRadians(0.2);  // rad, about the vertical
+  double position = 0.003;                // m, x and y
+  double angle = DegreesToRadians(0.16);  // rad, about the vertical
   std::vector<std::string> Problems() const;
 };
 
@@ -45,6 +45,7 @@ struct PipelineOptions {
   InitializerOptions initializer;
   TrackerOptions tracker;
   LocalMapperOptions mapper;
+  LoopOptions loop;
   BundleOptions bundle;
   OdometryNoise odometry_noise;
   PlanarPriorOptions planar;

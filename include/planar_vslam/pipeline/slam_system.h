@@ -48,6 +48,7 @@ struct ScaleReport {
 struct SystemReport {
   std::map<FrameState, long> frames;
   long keyframes_made = 0, keyframes_culled = 0;
+  std::vector<std::pair<Timestamp, ClosedLoop>> loops;  // by the keyframe that closed it
   long odometry_rejected = 0;
   long slips = 0;                           // times the wheels went another way than the view
   std::optional<ScaleReport> scale;         // only where the map was scaled

@@ -14,12 +14,14 @@ struct RecordedFrame {
   KeyframeId reference;
   Rigid3 T_ref_base;
   Rigid3 T_base_camera;
+  bool on_odometry = false;  // no view told its pose
 };
 
 class TrajectoryRecorder {
  public:
   void Add(const RecordedFrame& frame) { frames_.push_back(frame); }
-  // The last frame with this stamp became a keyframe.
+  // The last frame with this stamp became a keyframe. If it stood on odometry alone, so did frames right before it, and
+  // they hang on it from now on: when the robot was carried, that was before them.
   void Reanchor(Timestamp stamp, KeyframeId keyframe);
   void OnCulled(const std::vector<CulledKeyframe>& culled);
   // The map was scaled: camera motion relative to the reference keyframes scales, extrinsics do not.
@@ -28,6 +30,7 @@ class TrajectoryRecorder {
   std::vector<std::pair<Timestamp, Rigid3>> Poses(const Map& map) const;
   // A keyframe of `map` and T_keyframe_base of the frame with this index.
   std::pair<KeyframeId, Rigid3> Anchor(const Map& map, std::size_t frame) const;
+  bool IsOnOdometry(std::size_t frame) const { return frames_[frame].on_odometry; }
   std::size_t size() const { return frames_.size(); }
 
  private:

@@ -1,4 +1,4 @@
-#include "planar_vslam/frontend/projection_search.h"
+#include "planar_vslam/recognition/projection_search.h"
 
 #include <gtest/gtest.h>
 

@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
-#include "planar_vslam/frontend/projection_search.h"
 #include "planar_vslam/map/map.h"
+#include "planar_vslam/recognition/projection_search.h"
 #include "planar_vslam/sensor/camera_model.h"
 
 namespace planar_vslam {
@@ -29,5 +29,8 @@ std::optional<RelocalizationHypothesis> RelocalizeAgainst(const Map& map, Keyfra
 // The keyframes of the whole map that look most like the frame, at most `limit`, best first: each keypoint votes for
 // the keyframes that see the landmark nearest to it in appearance.
 std::vector<KeyframeId> KeyframesResembling(const Map& map, const FrameFeatures& features, std::size_t limit);
+// The same with a choice of landmarks, all in the map.
+std::vector<KeyframeId> KeyframesResembling(const Map& map, const FrameFeatures& features,
+                                            const std::vector<LandmarkId>& among, std::size_t limit);
 
 }  // namespace planar_vslam

@@ -1,4 +1,4 @@
-#include "planar_vslam/frontend/relocalizer.h"
+#include "planar_vslam/recognition/relocalizer.h"
 
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core/eigen.hpp>
@@ -68,17 +68,20 @@ std::optional<RelocalizationHypothesis> RelocalizeAgainst(const Map& map, Keyfra
 }
 
 std::vector<KeyframeId> KeyframesResembling(const Map& map, const FrameFeatures& features, std::size_t limit) {
-  if (map.landmarks.empty()) return {};
+  std::vector<LandmarkId> all;
+  for (const auto& [id, landmark] : map.landmarks) all.push_back(id);
+  return KeyframesResembling(map, features, all, limit);
+}
+
+std::vector<KeyframeId> KeyframesResembling(const Map& map, const FrameFeatures& features,
+                                            const std::vector<LandmarkId>& among, std::size_t limit) {
+  if (among.empty()) return {};
   constexpr int kMaxDistance = 50;  // bits, as a match between images of the same place
-  std::vector<LandmarkId> ids;
   std::vector<Descriptor> descriptors;
-  for (const auto& [id, landmark] : map.landmarks) {
-    ids.push_back(id);
-    descriptors.push_back(landmark.descriptor);
-  }
+  for (const LandmarkId id : among) descriptors.push_back(map.landmarks.At(id).descriptor);
   std::vector<LandmarkId> resembled;
   for (const NearestDescriptor& nearest : FindNearestDescriptors(features.descriptors, descriptors)) {
-    if (nearest.distance <= kMaxDistance) resembled.push_back(ids[static_cast<std::size_t>(nearest.index)]);
+    if (nearest.distance <= kMaxDistance) resembled.push_back(among[static_cast<std::size_t>(nearest.index)]);
   }
   return VotedKeyframes(map, resembled, limit);
 }

@@ -1,4 +1,4 @@
-#include "planar_vslam/frontend/relocalizer.h"
+#include "planar_vslam/recognition/relocalizer.h"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,86 @@
+#include "planar_vslam/backend/loop_closing.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace planar_vslam {
+namespace {
+
+std::vector<LoopTie> LoopTies(const Map& map, const Loop& loop) {
+  constexpr double kPosition = 0.01;  // m, how well a recognised view tells where it was taken
+  constexpr double kAngle = DegreesToRadians(0.2);
+  const Rigid2 T_old_map = ProjectToPlane(map.keyframes.At(loop.old).T_map_base).Inverse();
+  std::vector<LoopTie> ties;
+  for (const LoopView& view : loop.views) {
+    ties.push_back({loop.old, view.keyframe, T_old_map * ProjectToPlane(view.T_map_base),
+                    Eigen::Vector3d(kPosition, kPosition, kAngle).cwiseAbs2().asDiagonal()});
+  }
+  return ties;
+}
+
+// Poses, and landmarks with the keyframes they were made by.
+MapEdit Move(const Map& map, const std::vector<std::pair<KeyframeId, Rigid3>>& poses) {
+  MapEdit edit;
+  std::vector<Rigid3> T_new_old(map.next_keyframe_id);
+  for (const auto& [id, T_map_base] : poses) {
+    T_new_old[id.value] = T_map_base * map.keyframes.At(id).T_map_base.Inverse();
+    edit.emplace_back(SetKeyframePose{id, T_map_base});
+  }
+  for (const auto& [id, landmark] : map.landmarks) {
+    const KeyframeId anchor =
+        map.keyframes.Contains(landmark.created_by) ? landmark.created_by : landmark.observations.front().keyframe;
+    edit.emplace_back(SetLandmarkPosition{id, T_new_old[anchor.value] * landmark.p_map});
+  }
+  return edit;
+}
+
+// Steps of the wheels that turned out to be no motion of the robot.
+MapEdit DropContradicted(const Map& map, const std::vector<MapTie>& ties) {
+  constexpr double kDistance = 0.3;  // m
+  constexpr double kAngle = DegreesToRadians(10.0);
+  MapEdit edit;
+  for (const MapTie& tie : ties) {
+    if (!tie.doubtful) continue;
+    const auto& [id, keyframe] = *(map.keyframes.begin() + static_cast<std::ptrdiff_t>(tie.j));
+    const Rigid2 T_from_map = ProjectToPlane(map.keyframes.At(keyframe.odometry_link->from).T_map_base).Inverse();
+    const Eigen::Vector3d e =
+        LogSe2(keyframe.odometry_link->odometry.T_i_j.Inverse() * T_from_map * ProjectToPlane(keyframe.T_map_base));
+    if (e.head<2>().norm() > kDistance || std::abs(e.z()) > kAngle) edit.emplace_back(EraseOdometryLink{id});
+  }
+  return edit;
+}
+
+// What a view matched is one landmark with what its keypoint showed before.
+MapEdit Join(const Map& map, const LoopView& view) {
+  MapEdit edit;
+  const Keyframe& keyframe = map.keyframes.At(view.keyframe);
+  for (std::size_t i = 0; i < view.matches.landmarks.size(); ++i) {
+    const LandmarkId old = view.matches.landmarks[i], present = keyframe.landmarks[i];
+    if (!old.valid() || present == old) continue;
+    if (present.valid()) {
+      edit.emplace_back(MergeLandmarks{present, old});
+    } else {
+      edit.emplace_back(AddObservation{old, {view.keyframe, static_cast<std::uint32_t>(i)}});
+    }
+  }
+  return edit;
+}
+
+}  // namespace
+
+std::optional<Map> CloseLoop(Map map, const Loop& loop, const BundleContext& context) {
+  const std::vector<MapTie> ties = TiesOf(map, context);
+  const std::vector<std::pair<KeyframeId, Rigid3>> poses = SolvePoseGraph(map, ties, LoopTies(map, loop));
+  if (poses.empty()) return std::nullopt;
+  const MapEdit moved = Move(map, poses);
+  map = Apply(std::move(map), moved);
+  const MapEdit dropped = DropContradicted(map, ties);
+  map = Apply(std::move(map), dropped);
+  for (const LoopView& view : loop.views) {
+    const MapEdit joined = Join(map, view);
+    map = Apply(std::move(map), joined);
+  }
+  return map;
+}
+
+}  // namespace planar_vslam

@@ -1,0 +1,112 @@
+#include "planar_vslam/optimize/pose_graph.h"
+
+#include <ceres/ceres.h>
+
+#include <algorithm>
+#include <array>
+#include <deque>
+
+#include "planar_vslam/planar/odometry_factor.h"
+#include "planar_vslam/planar/pose_manifold.h"
+
+namespace planar_vslam {
+namespace {
+
+// Poses on the floor do not move in height and tilt: what weighs those residuals is of no account.
+Matrix6d SquareRootInformationOnFloor(const Eigen::Matrix3d& covariance) {
+  Matrix6d lifted = Matrix6d::Identity();
+  const std::array<Eigen::Index, 3> at = {0, 1, 5};  // x, y, heading
+  lifted(at, at) = covariance;
+  return SquareRootInformation(lifted);
+}
+
+class PoseGraph {
+ public:
+  explicit PoseGraph(const Map& map) {
+    for (const auto& [id, keyframe] : map.keyframes) {
+      ids_.push_back(id);
+      before_.push_back(ProjectToPlane(keyframe.T_map_base));
+    }
+    blocks_.resize(ids_.size() * kPoseBlockSize);
+    for (std::size_t k = 0; k < ids_.size(); ++k) {
+      Start(k, before_[k]);
+      problem_.AddParameterBlock(Block(k), kPoseBlockSize, &manifold_);
+    }
+    problem_.SetParameterBlockConstant(Block(0));
+  }
+
+  void AddTie(const MapTie& tie) { Add(tie.i, tie.j, before_[tie.i].Inverse() * before_[tie.j], tie.covariance); }
+  void AddLoop(const LoopTie& loop) { Add(IndexOf(loop.from), IndexOf(loop.to), loop.T_from_to, loop.covariance); }
+
+  // Everything from `first` on starts moved so that the loop is closed.
+  void CarryFrom(std::size_t first, const LoopTie& loop) {
+    const std::size_t to = IndexOf(loop.to);
+    const Rigid2 T_new_old = before_[IndexOf(loop.from)] * loop.T_from_to * before_[to].Inverse();
+    for (std::size_t k = first; k < ids_.size(); ++k) Start(k, T_new_old * before_[k]);
+  }
+
+  bool Solve() {
+    ceres::Solver::Options options;
+    options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+    options.max_num_iterations = 30;
+    options.num_threads = 1;
+    options.logging_type = ceres::SILENT;
+    ceres::Solver::Summary summary;
+    ceres::Solve(options, &problem_, &summary);
+    return summary.IsSolutionUsable();
+  }
+
+  std::size_t IndexOf(KeyframeId id) const {
+    return static_cast<std::size_t>(std::lower_bound(ids_.begin(), ids_.end(), id) - ids_.begin());
+  }
+  // What the floor's motion makes of a pose above it.
+  Rigid3 Moved(std::size_t k, const Rigid3& T_map_base) const {
+    const Rigid2 after = ProjectToPlane(LoadPose(blocks_.data() + k * kPoseBlockSize));
+    return Embed3(after * before_[k].Inverse()) * T_map_base;
+  }
+
+ private:
+  static ceres::Problem::Options Options() {
+    ceres::Problem::Options options;
+    options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+    options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+    return options;
+  }
+  double* Block(std::size_t k) { return blocks_.data() + k * kPoseBlockSize; }
+  void Start(std::size_t k, const Rigid2& pose) { StorePose(Embed3(pose), Block(k)); }
+  void Add(std::size_t i, std::size_t j, const Rigid2& T_i_j, const Eigen::Matrix3d& covariance) {
+    factors_.emplace_back(Embed3(T_i_j), SquareRootInformationOnFloor(covariance));
+    problem_.AddResidualBlock(&factors_.back(), nullptr, Block(i), Block(j));
+  }
+
+  FloorPoseManifold manifold_;
+  std::deque<OdometryFactor> factors_;  // cost functions cannot be moved
+  std::vector<KeyframeId> ids_;
+  std::vector<Rigid2> before_;
+  std::vector<double> blocks_;
+  ceres::Problem problem_{Options()};
+};
+
+}  // namespace
+
+std::vector<std::pair<KeyframeId, Rigid3>> SolvePoseGraph(const Map& map, const std::vector<MapTie>& ties,
+                                                          const std::vector<LoopTie>& loops) {
+  PoseGraph graph(map);
+  for (const MapTie& tie : ties) graph.AddTie(tie);
+  for (const LoopTie& loop : loops) graph.AddLoop(loop);
+  if (!loops.empty()) {
+    const std::size_t from = graph.IndexOf(loops.front().from), to = graph.IndexOf(loops.front().to);
+    std::size_t carried = 0;
+    for (const MapTie& tie : ties) {
+      if (tie.doubtful && from < tie.j && tie.j <= to) carried = std::max(carried, tie.j);
+    }
+    if (carried > 0) graph.CarryFrom(carried, loops.front());
+  }
+  std::vector<std::pair<KeyframeId, Rigid3>> poses;
+  if (!graph.Solve()) return poses;
+  std::size_t k = 0;
+  for (const auto& [id, keyframe] : map.keyframes) poses.emplace_back(id, graph.Moved(k++, keyframe.T_map_base));
+  return poses;
+}
+
+}  // namespace planar_vslam

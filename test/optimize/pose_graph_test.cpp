@@ -1,0 +1,96 @@
+#include "planar_vslam/optimize/pose_graph.h"
+
+#include <gtest/gtest.h>
+
+namespace planar_vslam {
+namespace {
+
+constexpr std::size_t kKeyframes = 41;
+
+const Eigen::Matrix3d kTight = Eigen::Vector3d(0.01, 0.01, 0.01).cwiseAbs2().asDiagonal();
+const Eigen::Matrix3d kLoose = Eigen::Vector3d(5.0, 5.0, 1.5).cwiseAbs2().asDiagonal();
+
+KeyframeId Id(std::size_t k) { return KeyframeId{static_cast<std::uint32_t>(k)}; }
+
+// Straight ahead, half a metre apart, 5 cm above the floor and tilted.
+Map Straight() {
+  Map map;
+  map.metric = true;
+  map.octave_scales = {1.0};
+  for (std::size_t k = 0; k < kKeyframes; ++k) {
+    Keyframe keyframe;
+    keyframe.stamp = Timestamp::FromSeconds(static_cast<double>(k));
+    keyframe.T_map_base =
+        Rigid3(ExpSo3(Eigen::Vector3d(0.02, -0.03, 0.0)), Eigen::Vector3d(0.5 * static_cast<double>(k), 0.0, 0.05));
+    keyframe.features = std::make_shared<const FrameFeatures>();
+    map = Apply(std::move(map), {AddKeyframe{Id(k), std::move(keyframe)}});
+  }
+  return map;
+}
+
+std::vector<MapTie> ChainTies() {
+  std::vector<MapTie> ties;
+  for (std::size_t k = 1; k < kKeyframes; ++k) ties.push_back({k - 1, k, kTight, TieSource::kWheels});
+  return ties;
+}
+
+// Says that the end is 0.4 m to the left of where the map has it.
+LoopTie Loop(const Map& map) {
+  const Rigid2 end = ProjectToPlane(map.keyframes.At(Id(kKeyframes - 1)).T_map_base);
+  Rigid2 wanted = end;
+  wanted.translation.y() += 0.4;
+  return {Id(0), Id(kKeyframes - 1), ProjectToPlane(map.keyframes.At(Id(0)).T_map_base).Inverse() * wanted,
+          1e-4 * kTight};
+}
+
+TEST(PoseGraph, WithoutLoopsNothingMoves) {
+  const Map map = Straight();
+  for (const auto& [id, T_map_base] : SolvePoseGraph(map, ChainTies(), {})) {
+    EXPECT_LT(LogSe3(map.keyframes.At(id).T_map_base.Inverse() * T_map_base).norm(), 1e-9) << id.value;
+  }
+}
+
+TEST(PoseGraph, ALoopMovesTheEndAllTheWayAndTheMiddlePartOfIt) {
+  const Map map = Straight();
+  const auto poses = SolvePoseGraph(map, ChainTies(), {Loop(map)});
+  ASSERT_EQ(poses.size(), kKeyframes);
+  EXPECT_LT((poses.front().second.translation - map.keyframes.At(Id(0)).T_map_base.translation).norm(), 1e-9);
+  EXPECT_NEAR(poses.back().second.translation.y(), 0.4, 0.005);
+  const double middle = poses[kKeyframes / 2].second.translation.y();
+  EXPECT_GT(middle, 0.1);
+  EXPECT_LT(middle, 0.3);
+  for (std::size_t k = 1; k < kKeyframes; ++k) {  // evenly: no step is torn
+    EXPECT_LT(std::abs(poses[k].second.translation.y() - poses[k - 1].second.translation.y()), 0.03) << k;
+  }
+}
+
+TEST(PoseGraph, KeepsHeightAndTilt) {
+  const Map map = Straight();
+  for (const auto& [id, T_map_base] : SolvePoseGraph(map, ChainTies(), {Loop(map)})) {
+    const Rigid3& before = map.keyframes.At(id).T_map_base;
+    EXPECT_NEAR(T_map_base.translation.z(), before.translation.z(), 1e-12);
+    const Eigen::Vector3d up = T_map_base.rotation * Eigen::Vector3d::UnitZ();
+    EXPECT_NEAR(up.z(), (before.rotation * Eigen::Vector3d::UnitZ()).z(), 1e-12);
+  }
+}
+
+TEST(PoseGraph, ADoubtfulTieTakesAllOfTheErrorHoweverLarge) {
+  const Map map = Straight();
+  std::vector<MapTie> ties = ChainTies();
+  ties[19] = {19, 20, kLoose, TieSource::kWheels, true};
+  LoopTie loop = Loop(map);
+  loop.T_from_to = Rigid2(3.0, -4.0, 2.9) * loop.T_from_to;
+  const auto poses = SolvePoseGraph(map, ties, {loop});
+  ASSERT_EQ(poses.size(), kKeyframes);
+  const auto moved = [&](std::size_t k) {
+    return LogSe3(map.keyframes.At(Id(k)).T_map_base.Inverse() * poses[k].second).norm();
+  };
+  EXPECT_GT(moved(20), 2.0);
+  EXPECT_LT(moved(19), 0.03 * moved(20));
+  const Rigid3 before = map.keyframes.At(Id(20)).T_map_base.Inverse() * map.keyframes.At(Id(40)).T_map_base;
+  const Rigid3 after = poses[20].second.Inverse() * poses[40].second;
+  EXPECT_LT((before.translation - after.translation).norm(), 0.03 * moved(20));
+}
+
+}  // namespace
+}  // namespace planar_vslam
