@@ -20,7 +20,7 @@ struct BundleOptions {
   int max_iterations = 5;      // of the first round and of the second each
   bool drop_outliers = true;   // second round without observations beyond the 95 % chi-square limit
   double pixel_sigma = 1.0;    // px at octave 0; grows with the octave's scale
-  double odometry_loss = 2.0;  // Cauchy, in units of the 6-D Mahalanobis norm: what slipped pulls at nothing
+  double odometry_loss = 3.5;  // Cauchy, in units of the 6-D Mahalanobis norm: what slipped pulls at nothing
   bool use_odometry = true;
   std::vector<std::string> Problems() const;
 };
