@@ -114,7 +114,7 @@ void OdometrySe3(benchmark::State& state) {
   odometry.distance = 0.5;
   const Matrix6d S = SquareRootInformation(LiftedCovariance(odometry, OdometryNoise()));
   const Rigid3 T_i_j = Embed3(odometry.T_i_j);
-  const OdometryFactor analytic(T_i_j, S);
+  const OdometryFactor<6> analytic(T_i_j, S);
   const ceres::AutoDiffCostFunction<OdometryTwin, 6, 7, 7> automatic(new OdometryTwin{T_i_j, S});
   Compare(state, analytic, automatic, {ToBlock(Pose(1.0, -2.0, 3.0)), ToBlock(Pose(0.6, -2.1, -2.9))});
 }

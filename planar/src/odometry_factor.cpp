@@ -17,7 +17,8 @@ Vector6d OdometryResidual(const Rigid3& T_map_i, const Rigid3& T_map_j, const Ri
   return e;
 }
 
-bool OdometryFactor::Evaluate(double const* const* parameters, double* residuals, double** jacobians) const {
+template <int kRows>
+bool OdometryFactor<kRows>::Evaluate(double const* const* parameters, double* residuals, double** jacobians) const {
   const Rigid3 T_map_i = LoadPose(parameters[0]);
   const Rigid3 T_map_j = LoadPose(parameters[1]);
   double* out_i = jacobians != nullptr ? jacobians[0] : nullptr;
@@ -26,16 +27,20 @@ bool OdometryFactor::Evaluate(double const* const* parameters, double* residuals
   Matrix6d J_i, J_j;
   const Vector6d e =
       OdometryResidual(T_map_i, T_map_j, T_i_j_, out_i != nullptr ? &J_i : nullptr, out_j != nullptr ? &J_j : nullptr);
-  Eigen::Map<Vector6d>(residuals).noalias() = sqrt_information_ * e;
+  Eigen::Map<Eigen::Matrix<double, kRows, 1>>(residuals).noalias() = sqrt_information_ * e;
+  using JacobianMap = Eigen::Map<Eigen::Matrix<double, kRows, kPoseBlockSize, Eigen::RowMajor>>;
   if (out_i != nullptr) {
-    const Matrix6d weighted = sqrt_information_ * J_i;
-    Eigen::Map<PoseJacobianMap>(out_i).noalias() = weighted * PoseMinusJacobian(parameters[0]);
+    const Weight weighted = sqrt_information_ * J_i;
+    JacobianMap(out_i).noalias() = weighted * PoseMinusJacobian(parameters[0]);
   }
   if (out_j != nullptr) {
-    const Matrix6d weighted = sqrt_information_ * J_j;
-    Eigen::Map<PoseJacobianMap>(out_j).noalias() = weighted * PoseMinusJacobian(parameters[1]);
+    const Weight weighted = sqrt_information_ * J_j;
+    JacobianMap(out_j).noalias() = weighted * PoseMinusJacobian(parameters[1]);
   }
   return true;
 }
+
+template class OdometryFactor<3>;
+template class OdometryFactor<6>;
 
 }  // namespace planar_vslam

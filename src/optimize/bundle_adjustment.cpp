@@ -193,9 +193,12 @@ class BundleProblem {
   void AddMotion(const OdometryLink& link, std::size_t j, ceres::Problem* problem) {
     const std::size_t i = IndexOf(link.from);
     if (i == keyframes_.size() || (!IsFree(keyframes_[i]) && !IsFree(keyframes_[j]))) return;
-    const Matrix6d covariance = LiftedCovariance(link.odometry, context_.odometry_noise);
-    motion_factors_.emplace_back(Embed3(link.odometry.T_i_j), SquareRootInformation(covariance));
-    problem->AddResidualBlock(&motion_factors_.back(), &motion_loss_, PoseBlock(i), PoseBlock(j));
+    const Matrix6d S = SquareRootInformation(LiftedCovariance(link.odometry, context_.odometry_noise));
+    const Rigid3 T_i_j = Embed3(link.odometry.T_i_j);
+    motion_factors_.emplace_back(T_i_j, S(kPlanarRows, Eigen::all));
+    problem->AddResidualBlock(&motion_factors_.back(), &odometry_loss_, PoseBlock(i), PoseBlock(j));
+    motion_factors_.emplace_back(T_i_j, S(kFloorRows, Eigen::all));
+    problem->AddResidualBlock(&motion_factors_.back(), &tilt_loss_, PoseBlock(i), PoseBlock(j));
   }
 
   void AddFloor(ceres::Problem* problem) {
@@ -238,7 +241,7 @@ class BundleProblem {
   std::vector<BlockObservation> observations_;
   std::deque<ReprojectionFactor> reprojections_;  // one per observation; cost functions cannot be moved
   std::deque<PlanarReprojectionFactor> inflated_;
-  std::deque<OdometryFactor> motion_factors_;
+  std::deque<OdometryFactor<3>> motion_factors_;
   PlanarPriorFactor floor_{context_.planar.sigma_height, context_.planar.sigma_tilt};
   std::vector<std::size_t> floor_landmarks_;  // indices into the landmark blocks
   FloorPointFactor floor_point_{context_.planar.sigma_floor_point};
@@ -246,7 +249,8 @@ class BundleProblem {
   ceres::CauchyLoss floor_point_loss_{2.0};  // sigmas
   FloorPoseManifold floor_manifold_;
   ceres::HuberLoss pixel_loss_{std::sqrt(kChi2TwoDof95)};
-  ceres::CauchyLoss motion_loss_{context_.options.odometry_loss};
+  ceres::CauchyLoss odometry_loss_{context_.options.odometry_loss};
+  ceres::CauchyLoss tilt_loss_{context_.options.tilt_loss};
 };
 
 }  // namespace
@@ -256,6 +260,7 @@ std::vector<std::string> BundleOptions::Problems() const {
   if (max_iterations < 1) problems.emplace_back("max_iterations must be at least 1");
   if (!(pixel_sigma > 0.0)) problems.emplace_back("pixel_sigma must be positive (px)");
   if (!(odometry_loss > 0.0)) problems.emplace_back("odometry_loss must be positive");
+  if (!(tilt_loss > 0.0)) problems.emplace_back("tilt_loss must be positive");
   return problems;
 }
 

@@ -17,6 +17,8 @@ namespace planar_vslam {
 namespace {
 
 constexpr double kChi2TwoDof95 = 5.991;  // chi-square, 2 dof, 95 %
+// 6-D Mahalanobis norm. Not Cauchy as in bundle adjustment: what starts from wrong values must not be let go of.
+constexpr double kMotionHuber = 3.5;
 
 // Readings from well before `from` to well after `to`: the offset moves the ends while the solver runs.
 std::vector<OdometryReading> Around(const std::vector<OdometryReading>& readings, Timestamp from, Timestamp to) {
@@ -215,7 +217,7 @@ class CalibrationProblem {
   std::deque<ceres::NormalPrior> priors_;
   PlanarPriorFactor floor_{context_.planar.sigma_height, context_.planar.sigma_tilt};
   ceres::HuberLoss pixel_loss_{std::sqrt(kChi2TwoDof95)};
-  ceres::HuberLoss motion_loss_{context_.options.odometry_loss};
+  ceres::HuberLoss motion_loss_{kMotionHuber};
   std::unique_ptr<ceres::ParameterBlockOrdering> ordering_;
   std::unique_ptr<ceres::Problem> problem_;  // last: it refers to all of the above
 };

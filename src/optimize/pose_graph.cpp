@@ -3,7 +3,6 @@
 #include <ceres/ceres.h>
 
 #include <algorithm>
-#include <array>
 #include <deque>
 
 #include "planar_vslam/planar/odometry_factor.h"
@@ -12,12 +11,10 @@
 namespace planar_vslam {
 namespace {
 
-// Poses on the floor do not move in height and tilt: what weighs those residuals is of no account.
-Matrix6d SquareRootInformationOnFloor(const Eigen::Matrix3d& covariance) {
+OdometryFactor<3>::Weight WeightOnFloor(const Eigen::Matrix3d& covariance) {
   Matrix6d lifted = Matrix6d::Identity();
-  const std::array<Eigen::Index, 3> at = {0, 1, 5};  // x, y, heading
-  lifted(at, at) = covariance;
-  return SquareRootInformation(lifted);
+  lifted(kPlanarRows, kPlanarRows) = covariance;
+  return SquareRootInformation(lifted)(kPlanarRows, Eigen::all);
 }
 
 class PoseGraph {
@@ -75,12 +72,12 @@ class PoseGraph {
   double* Block(std::size_t k) { return blocks_.data() + k * kPoseBlockSize; }
   void Start(std::size_t k, const Rigid2& pose) { StorePose(Embed3(pose), Block(k)); }
   void Add(std::size_t i, std::size_t j, const Rigid2& T_i_j, const Eigen::Matrix3d& covariance) {
-    factors_.emplace_back(Embed3(T_i_j), SquareRootInformationOnFloor(covariance));
+    factors_.emplace_back(Embed3(T_i_j), WeightOnFloor(covariance));
     problem_.AddResidualBlock(&factors_.back(), nullptr, Block(i), Block(j));
   }
 
   FloorPoseManifold manifold_;
-  std::deque<OdometryFactor> factors_;  // cost functions cannot be moved
+  std::deque<OdometryFactor<3>> factors_;  // cost functions cannot be moved
   std::vector<KeyframeId> ids_;
   std::vector<Rigid2> before_;
   std::vector<double> blocks_;

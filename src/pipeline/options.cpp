@@ -137,6 +137,7 @@ void AddBackEnd(PipelineOptions& o, FieldList* f) {
   f->Add("bundle.drop_outliers", o.bundle.drop_outliers);
   f->Add("bundle.pixel_sigma", o.bundle.pixel_sigma);
   f->Add("bundle.odometry_loss", o.bundle.odometry_loss);
+  f->Add("bundle.tilt_loss", o.bundle.tilt_loss);
   f->Add("bundle.use_odometry", o.bundle.use_odometry);
   f->Add("bundle.final", o.final_bundle_adjustment);
   f->Add("calibration.odometry_scale_x", o.calibration.odometry.scale.x());

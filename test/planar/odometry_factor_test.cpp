@@ -1,5 +1,7 @@
 #include "planar_vslam/planar/odometry_factor.h"
 
+#include <array>
+
 #include "factor_testing.h"
 #include "planar_vslam/planar/planar_prior.h"
 #include "planar_vslam/planar/preintegration.h"
@@ -72,8 +74,8 @@ TEST(OdometryFactor, HasNoJumpAtTheHeadingSeam) {
 
 TEST(OdometryFactor, GradientsAreRight) {
   const Matrix6d S = SquareRootInformation(SomeCovariance());
-  for (const Case& c : Cases(0.7)) ExpectGradientsRight(OdometryFactor(c.T_i_j_measured, S), c.Blocks());
-  for (const Case& c : Cases(0.0)) ExpectGradientsRight(OdometryFactor(c.T_i_j_measured, S), c.Blocks());
+  for (const Case& c : Cases(0.7)) ExpectGradientsRight(OdometryFactor<6>(c.T_i_j_measured, S), c.Blocks());
+  for (const Case& c : Cases(0.0)) ExpectGradientsRight(OdometryFactor<6>(c.T_i_j_measured, S), c.Blocks());
 }
 
 TEST(OdometryFactor, EqualsItsAutomaticTwin) {
@@ -81,16 +83,48 @@ TEST(OdometryFactor, EqualsItsAutomaticTwin) {
   for (const double error : {0.0, 1e-5, 0.7}) {
     for (const Case& c : Cases(error)) {
       const ceres::AutoDiffCostFunction<OdometryTwin, 6, 7, 7> twin(new OdometryTwin{c.T_i_j_measured, S});
-      ExpectTwins(OdometryFactor(c.T_i_j_measured, S), twin, c.Blocks());
+      ExpectTwins(OdometryFactor<6>(c.T_i_j_measured, S), twin, c.Blocks());
     }
   }
+}
+
+// The covariance of a lifted link has no terms between the two parts: their costs add up to that of the whole.
+TEST(OdometryFactor, PartsHaveRightGradientsAndAddUpToTheWhole) {
+  const Matrix6d S = SquareRootInformation(SomeCovariance());
+  for (const double error : {0.0, 0.7}) {
+    for (const Case& c : Cases(error)) {
+      const OdometryFactor<3> planar(c.T_i_j_measured, S(kPlanarRows, Eigen::all));
+      const OdometryFactor<3> floor(c.T_i_j_measured, S(kFloorRows, Eigen::all));
+      ExpectGradientsRight(planar, c.Blocks());
+      ExpectGradientsRight(floor, c.Blocks());
+      const double whole = EvaluateLocal(OdometryFactor<6>(c.T_i_j_measured, S), c.Blocks()).residuals.squaredNorm();
+      const double parts = EvaluateLocal(planar, c.Blocks()).residuals.squaredNorm() +
+                           EvaluateLocal(floor, c.Blocks()).residuals.squaredNorm();
+      EXPECT_NEAR(parts, whole, 1e-9 * (1.0 + whole));
+    }
+  }
+}
+
+// What tips a robot over on the spot, as a ramp does, is nothing the wheels measure, and the other way round.
+TEST(OdometryFactor, TiltIsNoneOfTheWheelsBusiness) {
+  const Matrix6d S = SquareRootInformation(SomeCovariance());
+  const Rigid3 T_i_j = FromYaw(0.2, 0.5, 0.1);
+  const auto Residuals = [&](const std::array<int, 3>& rows, const Vector6d& d) {
+    const OdometryFactor<3> part(T_i_j, S(rows, Eigen::all));
+    return EvaluateLocal(part, {ToBlock(Rigid3()), ToBlock(T_i_j * ExpSe3(d))}).residuals.norm();
+  };
+  const Vector6d tipped = 0.1 * Vector6d::Unit(4), slipped = 0.1 * Vector6d::Unit(0) + 0.1 * Vector6d::Unit(5);
+  EXPECT_LT(Residuals(kPlanarRows, tipped), 1e-9);
+  EXPECT_GT(Residuals(kFloorRows, tipped), 1.0);
+  EXPECT_LT(Residuals(kFloorRows, slipped), 1e-9);
+  EXPECT_GT(Residuals(kPlanarRows, slipped), 1.0);
 }
 
 TEST(OdometryFactor, FillsOnlyTheJacobiansAskedFor) {
   const Case c = Cases(0.3)[5];
   const std::vector<Block> blocks = c.Blocks();
   const double* parameters[2] = {blocks[0].data(), blocks[1].data()};
-  const OdometryFactor factor(c.T_i_j_measured, SquareRootInformation(SomeCovariance()));
+  const OdometryFactor<6> factor(c.T_i_j_measured, SquareRootInformation(SomeCovariance()));
   const Evaluation all = EvaluateLocal(factor, blocks);
 
   Vector6d residuals;
@@ -152,7 +186,7 @@ TEST(OdometryFactor, SolverFindsTheMeasuredPoseAgain) {
     ceres::Problem::Options ownership;
     ownership.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
     ceres::Problem problem(ownership);
-    problem.AddResidualBlock(new OdometryFactor(T_i_j, SquareRootInformation(SomeCovariance())), nullptr, i.data(),
+    problem.AddResidualBlock(new OdometryFactor<6>(T_i_j, SquareRootInformation(SomeCovariance())), nullptr, i.data(),
                              j.data());
     problem.AddResidualBlock(new PlanarPriorFactor(0.01, DegreesToRadians(0.5)), nullptr, j.data());
     problem.SetManifold(i.data(), &manifold);

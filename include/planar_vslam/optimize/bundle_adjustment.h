@@ -1,6 +1,7 @@
 #pragma once
 // Bundle adjustment over part of a map or all of it, with Ceres:
-//   sum rho_huber(|e_reprojection|^2 / sigma^2) + sum rho_cauchy(|e_odometry|^2_Sigma) + sum |e_planar|^2
+//   sum rho_huber(|e_reprojection|^2 / sigma^2) + sum |e_planar|^2
+//     + sum [rho_cauchy(|e_odometry x,y,yaw|^2_Sigma) + rho_cauchy(|e_odometry z,roll,pitch|^2_Sigma)]
 // over base poses T_map_base (camera through T_base_camera at that stamp) and points. Values in, values out.
 // With planar.mode se2_xyz or hard, free keyframes on the floor are put on it and keep 3 dof, without e_planar; with
 // se2_xyz the reprojections of all keyframes on the floor are weighted by planar_reprojection_factor.h, anew a round.
@@ -17,10 +18,13 @@
 namespace planar_vslam {
 
 struct BundleOptions {
-  int max_iterations = 5;      // of the first round and of the second each
-  bool drop_outliers = true;   // second round without observations beyond the 95 % chi-square limit
-  double pixel_sigma = 1.0;    // px at octave 0; grows with the octave's scale
-  double odometry_loss = 3.5;  // Cauchy, in units of the 6-D Mahalanobis norm: what slipped pulls at nothing
+  int max_iterations = 5;     // of the first round and of the second each
+  bool drop_outliers = true;  // second round without observations beyond the 95 % chi-square limit
+  double pixel_sigma = 1.0;   // px at octave 0; grows with the octave's scale
+  // Cauchy, Mahalanobis norms of the two parts of a link (odometry_factor.h): what slipped pulls at nothing, and what
+  // is not level (a ramp, a car that pitches) is no slip.
+  double odometry_loss = 5.0;  // x, y and yaw
+  double tilt_loss = 3.5;      // height, roll and pitch
   bool use_odometry = true;
   std::vector<std::string> Problems() const;
 };

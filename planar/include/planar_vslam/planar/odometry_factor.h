@@ -8,6 +8,8 @@
 //   de/dd_j = Jr^-1(e),   de/dd_i = -Jr^-1(e) Ad( (T_map_i^-1 T_map_j)^-1 ).
 #include <ceres/ceres.h>
 
+#include <array>
+
 #include "planar_vslam/geometry/rigid3.h"
 
 namespace planar_vslam {
@@ -16,16 +18,27 @@ namespace planar_vslam {
 Vector6d OdometryResidual(const Rigid3& T_map_i, const Rigid3& T_map_j, const Rigid3& T_i_j_measured, Matrix6d* J_i,
                           Matrix6d* J_j);
 
-// Blocks: pose i (7), pose j (7), see pose_manifold.h. 6 residuals.
-class OdometryFactor final : public ceres::SizedCostFunction<6, 7, 7> {
+// S e for a weight S of kRows rows. Blocks: pose i (7), pose j (7), see pose_manifold.h. Instantiated for 6 rows, the
+// whole residual, and for 3, a part of it: wheels measure x, y and yaw, and what height and tilt may do the floor says
+// (LiftedCovariance), so Sigma has no terms between the two and S = SquareRootInformation(Sigma) falls into the rows
+// kPlanarRows and kFloorRows. As two factors they can have a loss each: a ramp is no slip of the wheels.
+template <int kRows>
+class OdometryFactor final : public ceres::SizedCostFunction<kRows, 7, 7> {
  public:
-  OdometryFactor(const Rigid3& T_i_j_measured, const Matrix6d& sqrt_information)
+  using Weight = Eigen::Matrix<double, kRows, 6>;
+  OdometryFactor(const Rigid3& T_i_j_measured, const Weight& sqrt_information)
       : T_i_j_(T_i_j_measured), sqrt_information_(sqrt_information) {}
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
 
  private:
   Rigid3 T_i_j_;
-  Matrix6d sqrt_information_;
+  Weight sqrt_information_;
 };
+
+inline constexpr std::array<int, 3> kPlanarRows{0, 1, 5};  // x, y, yaw
+inline constexpr std::array<int, 3> kFloorRows{2, 3, 4};   // z, roll, pitch
+
+extern template class OdometryFactor<3>;
+extern template class OdometryFactor<6>;
 
 }  // namespace planar_vslam
