@@ -1,21 +1,30 @@
 #include "planar_vslam/frontend/tracker.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
-#include "planar_vslam/recognition/relocalizer.h"
 #include "planar_vslam/optimize/pose_only.h"
+#include "planar_vslam/planar/odometry_factor.h"
 #include "planar_vslam/planar/scale_recovery.h"
+#include "planar_vslam/recognition/relocalizer.h"
 
 namespace planar_vslam {
 namespace {
 
-constexpr double kChi2SixDof999 = 22.458;  // chi-square, 6 dof, 99.9 %
+constexpr double kChi2ThreeDof999 = 16.266;  // chi-square, 3 dof, 99.9 %
 constexpr std::size_t kRelocalizationCandidates = 8;
 
 Matrix6d Propagate(const Matrix6d& covariance, const Rigid3& T_i_j) {
   const Matrix6d adjoint = AdjointSe3(T_i_j.Inverse());
   return adjoint * covariance * adjoint.transpose();
+}
+
+// Whether one part of a difference is larger than its covariance explains.
+bool IsBeyond(const Vector6d& difference, const Matrix6d& covariance, const std::array<int, 3>& rows) {
+  const Eigen::Vector3d part = difference(rows);
+  const Eigen::Matrix3d P = covariance(rows, rows);
+  return part.dot(P.ldlt().solve(part)) > kChi2ThreeDof999;
 }
 
 }  // namespace
@@ -127,15 +136,23 @@ bool Tracker::Optimize(const TrackInput& input, const Map& map, const Prediction
   std::vector<PoseObservation> observations = Observations(input, map, result->matches);
   PoseOnlyProblem problem = MakeProblem(input, map, prediction, result->T_map_base);
   PoseOnlyResult pose = OptimizePose(problem, &observations);
-  result->odometry_rejected = false;
-  if (prediction.from_odometry) {
-    const Vector6d difference = LogSe3(prediction.T_map_base.Inverse() * pose.T_map_base);
-    if ((problem.prior->sqrt_information * difference).squaredNorm() > kChi2SixDof999) {
-      problem.prior.reset();  // slip, or a wrong match: let vision speak alone
-      for (PoseObservation& o : observations) o.inlier = true;
-      pose = OptimizePose(problem, &observations);
-      result->odometry_rejected = true;
-    }
+  const auto is_beyond = [&](const std::array<int, 3>& rows) {
+    return prediction.from_odometry &&
+           IsBeyond(LogSe3(prediction.T_map_base.Inverse() * pose.T_map_base), prediction.covariance, rows);
+  };
+  const auto optimize_again = [&] {
+    for (PoseObservation& o : observations) o.inlier = true;
+    pose = OptimizePose(problem, &observations);
+  };
+  result->tilted = is_beyond(kFloorRows);
+  if (result->tilted) {  // a sill, a ramp: what the wheels measured stands
+    problem.prior->planar = true;
+    optimize_again();
+  }
+  result->odometry_rejected = is_beyond(kPlanarRows);
+  if (result->odometry_rejected) {  // slip, or a wrong match: let vision speak alone
+    problem.prior.reset();
+    optimize_again();
   }
   result->T_map_base = pose.T_map_base;
   result->inliers = pose.inliers;
@@ -154,6 +171,7 @@ void Tracker::TestFloor(const TrackInput& input, const Map& map, const Predictio
   std::vector<PoseObservation> observations = Observations(input, map, result->matches);
   PoseOnlyProblem problem = MakeProblem(input, map, prediction, result->T_map_base);
   problem.floor = PlanarMode::kOff;
+  if (problem.prior.has_value()) problem.prior->planar = result->tilted;
   if (result->odometry_rejected) problem.prior.reset();
   const PoseOnlyResult pose = OptimizePose(problem, &observations);
   const Matrix6d covariance = (pose.information + 1e-6 * Matrix6d::Identity()).inverse();

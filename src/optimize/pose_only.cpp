@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "planar_vslam/optimize/planar_reprojection_factor.h"
+#include "planar_vslam/planar/odometry_factor.h"
 #include "planar_vslam/planar/pose_manifold.h"
 
 namespace planar_vslam {
@@ -44,7 +45,7 @@ class PoseSolver {
         planar_(IsPlanar(problem.floor)),
         T_camera_base_(problem.T_base_camera.Inverse()) {
     R_camera_base_ = T_camera_base_.R();
-    if (planar_ && problem.prior.has_value()) SetFloorPrior();
+    if (problem.prior.has_value() && (planar_ || problem.prior->planar)) SetPlanarPrior();
   }
 
   // The weights of se2_xyz at `T_map_base`.
@@ -177,24 +178,21 @@ class PoseSolver {
   }
 
   // The prior's marginal of x, y and yaw: its 6-dof weight would take height and tilt for known.
-  void SetFloorPrior() {
+  void SetPlanarPrior() {
     const Matrix6d& S = problem_.prior->sqrt_information;
     const Matrix6d covariance = (S.transpose() * S).inverse();
-    constexpr int kFloor[] = {0, 1, 5};
-    Eigen::Matrix3d marginal;
-    for (int r = 0; r < 3; ++r)
-      for (int c = 0; c < 3; ++c) marginal(r, c) = covariance(kFloor[r], kFloor[c]);
+    const Eigen::Matrix3d marginal = covariance(kPlanarRows, kPlanarRows);
     const Eigen::Matrix3d L_inverse =
         Eigen::LLT<Eigen::Matrix3d>(marginal).matrixL().solve(Eigen::Matrix3d::Identity());
-    floor_prior_.setZero();
-    for (int c = 0; c < 3; ++c) floor_prior_.col(kFloor[c]) = L_inverse.col(c);
+    planar_prior_.emplace(Eigen::Matrix<double, 3, 6>::Zero());
+    (*planar_prior_)(Eigen::all, kPlanarRows) = L_inverse;
   }
 
   void AddPriors(const Rigid3& T_map_base, bool with_jacobians, NormalEquations* n) const {
     if (problem_.prior.has_value()) {
       const Vector6d log = LogSe3(problem_.prior->T_map_base.Inverse() * T_map_base);
-      if (planar_) {
-        AddPrior(floor_prior_, log, with_jacobians, n);
+      if (planar_prior_.has_value()) {
+        AddPrior(*planar_prior_, log, with_jacobians, n);
       } else {
         AddPrior(problem_.prior->sqrt_information, log, with_jacobians, n);
       }
@@ -245,7 +243,7 @@ class PoseSolver {
     }
     if (problem_.prior.has_value()) {
       const Vector6d log = LogSe3(problem_.prior->T_map_base.Inverse() * T_map_base);
-      const Eigen::Matrix3d J = floor_prior_ * RightJacobianInverseSe3(log) * E;
+      const Eigen::Matrix3d J = *planar_prior_ * RightJacobianInverseSe3(log) * E;
       H.noalias() += J.transpose() * J;
       N.noalias() += J.transpose() * J;
     }
@@ -269,8 +267,8 @@ class PoseSolver {
   bool planar_;  // 3 unknowns
   Rigid3 T_camera_base_;
   Eigen::Matrix3d R_camera_base_;
-  std::vector<Eigen::Matrix2d> whitening_;                                         // of se2_xyz, else empty
-  Eigen::Matrix<double, 3, 6> floor_prior_ = Eigen::Matrix<double, 3, 6>::Zero();  // weight of the prior, if planar
+  std::vector<Eigen::Matrix2d> whitening_;                   // of se2_xyz, else empty
+  std::optional<Eigen::Matrix<double, 3, 6>> planar_prior_;  // weight of the prior, where only its marginal takes part
 };
 
 }  // namespace

@@ -177,6 +177,44 @@ INSTANTIATE_TEST_SUITE_P(Slips, TrackerSlipTest,
                                            Slip{"TenDegrees", Rigid2(0.0, 0.0, DegreesToRadians(10.0))}),
                          [](const auto& tested) { return tested.param.name; });
 
+class TrackerSillTest : public TrackerTest, public ::testing::WithParamInterface<double> {
+ protected:
+  // The frame `x` metres down the path on a sill that pitches the base, after odometry that claims `slip` on top.
+  TrackResult TrackOnSill(double x, const Rigid2& slip) {
+    const Rigid3 tipped = test::SyntheticPose(x) * Rigid3(ExpSo3({0.0, GetParam(), 0.0}), Eigen::Vector3d::Zero());
+    TrackInput input = Input(x);
+    input.features =
+        test::Observe(world_, tipped * world_.T_base_camera, 0.5, static_cast<std::uint32_t>(frame_)).features;
+    input.odometry = test::ExactOdometry(world_, test::SyntheticPose(x_), test::SyntheticPose(x) * Embed3(slip));
+    x_ = x;
+    const TrackResult result = tracker_.Track(input, map_);
+    EXPECT_EQ(result.status, TrackStatus::kTracking);
+    ExpectPose(result.T_map_base, tipped, 0.02, 0.005);
+    return result;
+  }
+};
+
+TEST_P(TrackerSillTest, IsNoSlipOfTheWheels) {
+  Track(0.3);
+  ASSERT_EQ(Track(0.35).status, TrackStatus::kTracking);
+  const TrackResult up = TrackOnSill(0.4, Rigid2());
+  EXPECT_TRUE(up.tilted);
+  EXPECT_FALSE(up.odometry_rejected);
+  const TrackResult down = Track(0.45);
+  EXPECT_TRUE(down.tilted);
+  EXPECT_FALSE(down.odometry_rejected);
+  ExpectPose(down.T_map_base, test::SyntheticPose(0.45), 0.01, 0.003);
+  EXPECT_FALSE(Track(0.5).tilted);
+}
+
+TEST_P(TrackerSillTest, HidesNoSlip) {
+  Track(0.3);
+  ASSERT_EQ(Track(0.35).status, TrackStatus::kTracking);
+  EXPECT_TRUE(TrackOnSill(0.4, Rigid2(0.1, 0.0, 0.0)).odometry_rejected);
+}
+
+INSTANTIATE_TEST_SUITE_P(Pitches, TrackerSillTest, ::testing::Values(-0.04, 0.04));
+
 TEST_F(TrackerTest, ContinuesWhenTheMapIsScaled) {
   map_.metric = false;
   for (double x = kFrameStep; x < 0.42; x += kFrameStep)

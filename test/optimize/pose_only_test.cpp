@@ -95,6 +95,21 @@ TEST(OptimizePose, OdometryPriorCarriesWhatVisionDoesNotSee) {
   EXPECT_LT(Error(result.T_map_base, s.truth), 0.2);
 }
 
+TEST(OptimizePose, PlanarPriorLeavesHeightAndTiltFree) {
+  Scene s = MakeScene(0.0);
+  Vector6d tipped = Vector6d::Zero();
+  tipped[2] = 0.02;
+  tipped[4] = 0.05;
+  s.problem.prior = PosePrior{s.truth * ExpSe3(tipped), Matrix6d::Identity() * 1e4};
+  EXPECT_GT(Error(OptimizePose(s.problem, &s.observations).T_map_base, s.truth), 0.02);
+  for (PoseObservation& o : s.observations) o.inlier = true;
+  s.problem.prior->planar = true;
+  const Vector6d error = LogSe3(s.truth.Inverse() * OptimizePose(s.problem, &s.observations).T_map_base);
+  EXPECT_LT(std::abs(error[2]), 2e-3);
+  EXPECT_LT(std::abs(error[4]), 1e-3);
+  EXPECT_LT(std::abs(error[5]), 1e-3);
+}
+
 TEST(OptimizePose, FloorPriorHoldsHeightAndTilt) {
   Scene s = MakeScene(0.5);
   s.observations.resize(6);

@@ -66,6 +66,7 @@ struct TrackResult {
   KeyframeId reference;                        // keyframe the pose is relative to
   Rigid3 T_ref_base;
   int inliers = 0;
+  bool tilted = false;             // more than floors do (a sill, a ramp): only x, y and yaw of odometry took part
   bool odometry_rejected = false;  // vision and odometry disagreed (slip): odometry did not take part
   Eigen::Vector3d slip =
       Eigen::Vector3d::Zero();  // then, what odometry missed: right tangent [x, y, angle] of its pose

@@ -37,6 +37,7 @@ struct PoseObservation {
 struct PosePrior {
   Rigid3 T_map_base;
   Matrix6d sqrt_information;
+  bool planar = false;  // only its marginal of x, y and yaw takes part, height and tilt are free
 };
 
 struct PoseOnlyProblem {
