@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
+
+#include "planar_vslam/geometry/median.h"
 
 namespace planar_vslam {
 namespace {
@@ -34,10 +37,7 @@ double MedianWallThickness(const OccupancyGrid2d& grid) {
       if (IsOccupied(grid, x, y)) thickness.push_back(Thickness(grid, x, y));
     }
   }
-  if (thickness.empty()) return 0.0;
-  const auto middle = thickness.begin() + static_cast<std::ptrdiff_t>(thickness.size() / 2);
-  std::nth_element(thickness.begin(), middle, thickness.end());
-  return *middle;
+  return Median(std::move(thickness));
 }
 
 }  // namespace planar_vslam

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "planar_vslam/geometry/median.h"
+
 namespace planar_vslam {
 namespace {
 
@@ -17,13 +19,6 @@ struct Track {
   std::vector<Rigid2> odometry;
   std::vector<double> turn_difference;  // rad, per step
 };
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 Eigen::Quaterniond BaseRotation(const LeverArmSample& sample) {
   return sample.T_map_camera.rotation * sample.T_base_camera.rotation.conjugate();

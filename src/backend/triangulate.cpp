@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "planar_vslam/feature/matching.h"
+#include "planar_vslam/geometry/median.h"
 #include "planar_vslam/geometry/triangulation.h"
 #include "planar_vslam/optimize/reprojection_factor.h"
 #include "stages.h"
@@ -43,10 +45,7 @@ double MedianLandmarkDepth(const Map& map, const View& view) {
   for (const LandmarkId id : view.keyframe.landmarks) {
     if (id.valid()) depths.push_back((view.T_camera_map * map.landmarks.At(id).p_map).z());
   }
-  if (depths.empty()) return 0.0;
-  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-  std::nth_element(depths.begin(), middle, depths.end());
-  return *middle;
+  return Median(std::move(depths));
 }
 
 // F with x_b^T F x_a = 0 for pixels.

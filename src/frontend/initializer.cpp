@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "planar_vslam/feature/matching.h"
 #include "planar_vslam/frontend/motion_agreement.h"
+#include "planar_vslam/geometry/median.h"
 #include "planar_vslam/geometry/triangulation.h"
 #include "planar_vslam/map/map_edit.h"
 
@@ -12,13 +14,6 @@ namespace planar_vslam {
 namespace {
 
 constexpr double kChi2TwoDof95 = 5.991;  // chi-square, 2 dof, 95 %
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // Where the first frame's keypoints would be in the second if all were infinitely far: the rotation alone.
 std::vector<Eigen::Vector2f> RotationCompensated(const FrameFeatures& features, const CameraModel& camera,

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "planar_vslam/geometry/check.h"
+#include "planar_vslam/geometry/median.h"
 #include "planar_vslam/geometry/triangulation.h"
 #include "two_view_models.h"
 #include "two_view_motions.h"
@@ -79,13 +80,6 @@ MotionSupport CountSupport(const Views& views, const std::vector<std::size_t>& i
 bool SameMotion(const Rigid3& a, const Rigid3& b) {
   return a.rotation.angularDistance(b.rotation) < kSameMotion &&
          AngleBetween(a.translation, b.translation) < kSameMotion;
-}
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 bool EnoughInliers(const ModelFit& model, std::size_t matches) {

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include "planar_vslam/geometry/median.h"
 
 namespace planar_vslam {
 namespace {
@@ -124,10 +127,7 @@ double MedianDepth(const Map& map, const std::vector<LandmarkId>& ids, const Rig
     const Landmark* landmark = id.valid() ? map.landmarks.Find(id) : nullptr;
     if (landmark != nullptr) depths.push_back((T_camera_map * landmark->p_map).z());
   }
-  if (depths.empty()) return 0.0;
-  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-  std::nth_element(depths.begin(), middle, depths.end());
-  return *middle;
+  return Median(std::move(depths));
 }
 
 std::vector<LandmarkId> LandmarksOf(const Map& map, const std::vector<KeyframeId>& keyframes) {

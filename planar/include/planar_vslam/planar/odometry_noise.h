@@ -36,11 +36,11 @@ enum class MessageCovarianceUse { kAuto, kNever };
 struct OdometryNoise {
   OdometryNoiseModel model = OdometryNoiseModel::kArcLength;
   MessageCovarianceUse message_covariance = MessageCovarianceUse::kAuto;  // auto: instead of the model where it is real
-  double along_per_sqrt_meter = 0.02;                                     // m / sqrt(m)
-  double across_per_sqrt_meter = 0.02;                     // m / sqrt(m); an omnidirectional base slips both ways
-  double across_per_sqrt_radian = 0.005;                   // m / sqrt(rad)
-  double heading_per_sqrt_meter = DegreesToRadians(0.35);  // rad / sqrt(m)
-  double heading_per_sqrt_radian = 0.015;                  // rad / sqrt(rad)
+  double along_per_sqrt_meter = 0.01;                                     // m / sqrt(m)
+  double across_per_sqrt_meter = 0.01;                     // m / sqrt(m); an omnidirectional base slips both ways
+  double across_per_sqrt_radian = 0.003;                   // m / sqrt(rad)
+  double heading_per_sqrt_meter = DegreesToRadians(0.25);  // rad / sqrt(m)
+  double heading_per_sqrt_radian = 0.01;                   // rad / sqrt(rad)
   // AMCL's defaults: generous, for a robot about which nothing is known.
   double amcl_alpha1 = 0.2;                      // rad^2 / rad^2, of a turn by turning
   double amcl_alpha2 = 0.2;                      // rad^2 / m^2, of a turn by driving
