@@ -44,7 +44,9 @@ Expected<CalibrationResult> CalibrateOnce(const CalibrateArguments& arguments, c
   const Expected<RunResult> result = RunSession(**recording, system, settings);
   if (!result.ok()) return result.error();
   if (system.map() == nullptr) return Error{arguments.input.string() + ": no map came about to calibrate from"};
-  return CalibrateMap(*system.map(), readings, options.calibration, system.bundle(), CalibrationOptions{});
+  CalibrationOptions calibration;
+  calibration.camera_sway_sigma = options.mount.angle;
+  return CalibrateMap(*system.map(), readings, options.calibration, system.bundle(), calibration);
 }
 
 // The largest change of an observed value, in its own posterior sigmas.

@@ -11,6 +11,7 @@
 
 #include "planar_vslam/optimize/mounted_reprojection_factor.h"
 #include "planar_vslam/optimize/reprojection_factor.h"
+#include "planar_vslam/planar/odometry_factor.h"
 #include "planar_vslam/planar/pose_manifold.h"
 
 namespace planar_vslam {
@@ -43,9 +44,13 @@ class CalibrationProblem {
   CalibrationProblem(const Map& map, const std::vector<OdometryReading>& readings, const SensorCorrection& present,
                      const BundleContext& context, const CalibrationOptions& options)
       : map_(map), readings_(readings), present_(present), context_(context), options_(options) {
-    blocks_.resize(map.keyframes.size() * kPoseBlockSize + map.landmarks.size() * 3 + kScaleSize + 1 + kMountSize);
+    blocks_.resize(2 * map.keyframes.size() * kPoseBlockSize + map.landmarks.size() * 3 + kScaleSize + 1 + kMountSize);
     std::size_t i = 0;
-    for (const auto& [id, keyframe] : map.keyframes) StorePose(keyframe.T_map_base, Pose(i++));
+    for (const auto& [id, keyframe] : map.keyframes) {
+      StorePose(keyframe.T_map_base, Pose(i));
+      StorePose(keyframe.T_map_base, Base(i));
+      ++i;
+    }
     i = 0;
     for (const auto& [id, landmark] : map.landmarks) Eigen::Map<Eigen::Vector3d>(Point(i++)) = landmark.p_map;
     std::copy_n(present.odometry.scale.data(), kScaleSize, Scale());
@@ -108,20 +113,24 @@ class CalibrationProblem {
  private:
   static constexpr std::size_t kScaleSize = 3, kMountSize = 6;
 
+  // Where the base would be if the camera did not sway, and where it is.
   double* Pose(std::size_t i) { return blocks_.data() + i * kPoseBlockSize; }
-  double* Point(std::size_t i) { return blocks_.data() + map_.keyframes.size() * kPoseBlockSize + 3 * i; }
+  double* Base(std::size_t i) { return Pose(map_.keyframes.size() + i); }
+  double* Point(std::size_t i) { return Pose(2 * map_.keyframes.size()) + 3 * i; }
   double* Scale() { return Point(map_.landmarks.size()); }
   double* Offset() { return Scale() + kScaleSize; }
   double* Mount() { return Offset() + 1; }
-  double* PoseOf(KeyframeId id) {
+  std::size_t IndexOf(KeyframeId id) const {
     const auto at = std::lower_bound(map_.keyframes.begin(), map_.keyframes.end(), id,
                                      [](const auto& entry, KeyframeId k) { return entry.first < k; });
-    return Pose(static_cast<std::size_t>(at - map_.keyframes.begin()));
+    return static_cast<std::size_t>(at - map_.keyframes.begin());
   }
+  double* PoseOf(KeyframeId id) { return Pose(IndexOf(id)); }
+  double* BaseOf(KeyframeId id) { return Base(IndexOf(id)); }
 
   void AddBlocks() {
     ordering_ = std::make_unique<ceres::ParameterBlockOrdering>();
-    for (std::size_t i = 0; i < map_.keyframes.size(); ++i) {
+    for (std::size_t i = 0; i < 2 * map_.keyframes.size(); ++i) {
       problem_->AddParameterBlock(Pose(i), kPoseBlockSize, &pose_manifold_);
       ordering_->AddElementToGroup(Pose(i), 1);
     }
@@ -158,11 +167,22 @@ class CalibrationProblem {
 
   void AddMotions() {
     for (const auto& [id, keyframe] : map_.keyframes) {
+      AddSway(id, keyframe);
       if (keyframe.odometry_link.has_value()) AddOdometry(id, keyframe, *keyframe.odometry_link);
       for (const OdometryLink& link : keyframe.laser_links) AddLaser(id, keyframe, link);
       const bool floor = context_.planar.mode != PlanarMode::kOff && keyframe.on_floor;
-      if (floor) problem_->AddResidualBlock(&floor_, nullptr, PoseOf(id));
+      if (floor) problem_->AddResidualBlock(&floor_, nullptr, BaseOf(id));
     }
+  }
+
+  // Log of the base in the base that the camera shows, turned into camera axes: sway turns the camera about itself.
+  void AddSway(KeyframeId id, const Keyframe& keyframe) {
+    constexpr double kRigid = 1e-3;  // m
+    Vector6d sigma;
+    sigma << Eigen::Vector3d::Constant(kRigid), Eigen::Vector3d::Constant(options_.camera_sway_sigma);
+    const Matrix6d weight = sigma.cwiseInverse().asDiagonal() * AdjointSe3(keyframe.T_base_camera.Inverse());
+    sways_.emplace_back(Rigid3(), weight);
+    problem_->AddResidualBlock(&sways_.back(), nullptr, PoseOf(id), BaseOf(id));
   }
 
   void AddOdometry(KeyframeId id, const Keyframe& keyframe, const OdometryLink& link) {
@@ -170,7 +190,7 @@ class CalibrationProblem {
     std::vector<OdometryReading> around = Around(readings_, from, keyframe.stamp);
     if (around.size() < 2) return;
     odometry_.emplace_back(std::move(around), from, keyframe.stamp, Weight(link));
-    problem_->AddResidualBlock(&odometry_.back(), &motion_loss_, PoseOf(link.from), PoseOf(id), Scale(), Offset());
+    problem_->AddResidualBlock(&odometry_.back(), &motion_loss_, BaseOf(link.from), BaseOf(id), Scale(), Offset());
   }
 
   // The sweeps were carried to their keyframes with the present offset.
@@ -180,7 +200,7 @@ class CalibrationProblem {
         j{Around(readings_, keyframe.stamp, keyframe.stamp), keyframe.stamp};
     if (i.around.size() < 2 || j.around.size() < 2) return;
     laser_.emplace_back(link.odometry.T_i_j, std::move(i), std::move(j), present_.odometry.time_offset, Weight(link));
-    problem_->AddResidualBlock(&laser_.back(), &motion_loss_, PoseOf(link.from), PoseOf(id), Offset());
+    problem_->AddResidualBlock(&laser_.back(), &motion_loss_, BaseOf(link.from), BaseOf(id), Offset());
   }
 
   void AddPrior(const Eigen::VectorXd& mean, const Eigen::VectorXd& sigma, double* block) {
@@ -212,6 +232,7 @@ class CalibrationProblem {
   PoseManifold pose_manifold_;
   ceres::SubsetManifold mount_manifold_{static_cast<int>(kMountSize), {2}};  // planar motion says nothing of z
   std::deque<MountedReprojectionFactor> reprojections_;                      // cost functions cannot be moved
+  std::deque<OdometryFactor<6>> sways_;
   std::deque<OdometryCalibrationFactor> odometry_;
   std::deque<DelayedMotionFactor> laser_;
   std::deque<ceres::NormalPrior> priors_;

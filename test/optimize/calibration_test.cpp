@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 
 #include "planar_vslam/optimize/mounted_reprojection_factor.h"
 #include "support/synthetic_map.h"
@@ -32,6 +33,7 @@ class CalibrationTest : public ::testing::Test {
     options.points = 500;
     options.pixel_noise = 0.3;
     world_ = MakeSyntheticWorld(options);
+    context_ = world_.Context();
     map_ = world_.map;
     double x = 0.0;
     std::optional<KeyframeId> previous;
@@ -57,15 +59,27 @@ class CalibrationTest : public ::testing::Test {
     }
     return readings;
   }
-  Expected<CalibrationResult> Calibrate(const std::vector<OdometryReading>& readings) const {
-    return CalibrateMap(map_, readings, SensorCorrection{}, world_.Context(), CalibrationOptions{});
+  Expected<CalibrationResult> Calibrate(const std::vector<OdometryReading>& readings,
+                                        const CalibrationOptions& options = {}) const {
+    return CalibrateMap(map_, readings, SensorCorrection{}, context_, options);
   }
   // The keyframes claim a camera turned by this against where it is.
   void TurnMounts(const Vector6d& error) {
     for (auto& [id, keyframe] : map_.keyframes) keyframe.T_base_camera = Mounted(error, keyframe.T_base_camera);
   }
 
+  // Every image was taken by a camera turned at random against where its keyframe says it is.
+  void SwayMounts(double sigma, std::uint32_t seed) {
+    std::mt19937 generator(seed);
+    std::normal_distribution<double> normal(0.0, sigma);
+    for (auto& [id, keyframe] : map_.keyframes) {
+      const Eigen::Vector3d turn(normal(generator), normal(generator), normal(generator));
+      keyframe.T_base_camera = world_.T_base_camera * Rigid3(ExpSo3(turn), Eigen::Vector3d::Zero());
+    }
+  }
+
   SyntheticWorld world_;
+  BundleContext context_;
   Map map_;
 };
 
@@ -97,6 +111,34 @@ TEST_F(CalibrationTest, FindsHowTheCameraIsTurned) {
   const Eigen::Quaterniond left =
       ExpSo3(result->correction.camera_mount.tail<3>()) * ExpSo3(Eigen::Vector3d(error.tail<3>()));
   EXPECT_LT(LogSo3(left).norm(), DegreesToRadians(0.2));
+}
+
+TEST_F(CalibrationTest, ItsSigmasCoverWhatASwayingCameraDoes) {
+  constexpr double kSway = DegreesToRadians(0.16);
+  CalibrationOptions rigid;
+  rigid.camera_sway_sigma = 0.01 * kSway;
+  for (double* known : {&context_.odometry_noise.heading_floor, &context_.odometry_noise.heading_per_sqrt_meter,
+                        &context_.odometry_noise.heading_per_sqrt_radian, &context_.odometry_noise.tilt_floor,
+                        &context_.odometry_noise.tilt_per_sqrt_meter}) {
+    *known = DegreesToRadians(0.02);  // the wheels turn as they say, the floor is flat
+  }
+  double swaying_squared = 0.0, rigid_squared = 0.0;  // of errors over their sigmas
+  constexpr int kDraws = 3;
+  for (std::uint32_t draw = 0; draw < kDraws; ++draw) {
+    SwayMounts(kSway, draw + 1);
+    const auto add = [&](const CalibrationOptions& options, double* sum) {
+      const Expected<CalibrationResult> result = Calibrate(Readings(Eigen::Vector3d::Ones()), options);
+      ASSERT_TRUE(result.ok()) << result.error().message;
+      for (const char* name : {"camera_roll", "camera_pitch", "camera_yaw"}) {
+        const CalibratedValue& angle = Value(*result, name);
+        *sum += std::pow(angle.value / angle.sigma, 2);
+      }
+    };
+    add(CalibrationOptions{}, &swaying_squared);
+    add(rigid, &rigid_squared);
+  }
+  EXPECT_LT(swaying_squared / (3 * kDraws), 2.0);  // 1, of a chi-square
+  EXPECT_GT(rigid_squared / (3 * kDraws), 4.0);
 }
 
 TEST_F(CalibrationTest, WhatADriveDoesNotShowStaysAsItWas) {

@@ -2,10 +2,14 @@
 // Self-calibration: bundle adjustment of a whole map in which odometry's scale, the camera's mount on the base and the
 // clocks' offset are unknowns beside poses and points. Minimised:
 //   sum |e_mounted_reprojection|^2 (Huber) + sum |e_odometry_calibration|^2 (Huber) + sum |e_delayed_laser|^2 (Huber)
-//   + sum |e_floor|^2 + sum ((value - prior) / prior sigma)^2
-// over the map's poses, points and the values below. Which of them a drive shows depends on the drive: turning shows
-// the mount's position and yaw scale, a laser the scale of distance, speed changes the offset; a floor the mount's
-// tilt. A value whose posterior sigma stays near its prior's was not seen, and keeps the prior's value.
+//   + sum |e_floor|^2 + sum |e_sway|^2 + sum ((value - prior) / prior sigma)^2
+// over the map's poses, points and the values below. A keyframe has two poses: the base that its image shows, if the
+// camera sits where the mount says, and the base that wheels, laser and floor are about. Between them is the sway of
+// the camera, a rotation about itself: e_sway = Ad(T_base_camera^-1) Log(T_image^-1 T_base). Without it, what the
+// camera sways by when the robot starts to turn is taken for a delay of its clock. Which of them a drive shows depends
+// on the drive: turning shows the mount's position and yaw scale, a laser the scale of distance, speed changes the
+// offset; a floor the mount's tilt. A value whose posterior sigma stays near its prior's was not seen, and keeps the
+// prior's value.
 #include <array>
 #include <string>
 #include <vector>
@@ -31,6 +35,7 @@ struct CalibrationOptions {
   double camera_position_sigma = 0.05;                // m, x and y; planar motion says nothing of z
   double camera_angle_sigma = DegreesToRadians(3.0);  // rad, each
   double time_offset_sigma = 0.1;                     // s
+  double camera_sway_sigma = DegreesToRadians(0.16);  // rad about each axis, from image to image
   double max_sigma_ratio = 0.3;                       // posterior over prior sigma up to which a value counts as seen
   int max_iterations = 30;
 };
