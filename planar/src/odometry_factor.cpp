@@ -17,8 +17,8 @@ Vector6d OdometryResidual(const Rigid3& T_map_i, const Rigid3& T_map_j, const Ri
   return e;
 }
 
-template <int kRows>
-bool OdometryFactor<kRows>::Evaluate(double const* const* parameters, double* residuals, double** jacobians) const {
+template <int Rows>
+bool OdometryFactor<Rows>::Evaluate(double const* const* parameters, double* residuals, double** jacobians) const {
   const Rigid3 T_map_i = LoadPose(parameters[0]);
   const Rigid3 T_map_j = LoadPose(parameters[1]);
   double* out_i = jacobians != nullptr ? jacobians[0] : nullptr;
@@ -27,8 +27,8 @@ bool OdometryFactor<kRows>::Evaluate(double const* const* parameters, double* re
   Matrix6d J_i, J_j;
   const Vector6d e =
       OdometryResidual(T_map_i, T_map_j, T_i_j_, out_i != nullptr ? &J_i : nullptr, out_j != nullptr ? &J_j : nullptr);
-  Eigen::Map<Eigen::Matrix<double, kRows, 1>>(residuals).noalias() = sqrt_information_ * e;
-  using JacobianMap = Eigen::Map<Eigen::Matrix<double, kRows, kPoseBlockSize, Eigen::RowMajor>>;
+  Eigen::Map<Eigen::Matrix<double, Rows, 1>>(residuals).noalias() = sqrt_information_ * e;
+  using JacobianMap = Eigen::Map<Eigen::Matrix<double, Rows, kPoseBlockSize, Eigen::RowMajor>>;
   if (out_i != nullptr) {
     const Weight weighted = sqrt_information_ * J_i;
     JacobianMap(out_i).noalias() = weighted * PoseMinusJacobian(parameters[0]);

@@ -209,13 +209,13 @@ class PoseSolver {
     }
   }
 
-  template <int kRows>
-  static void AddPrior(const Eigen::Matrix<double, kRows, 6>& weight, const Vector6d& log, bool with_jacobians,
+  template <int Rows>
+  static void AddPrior(const Eigen::Matrix<double, Rows, 6>& weight, const Vector6d& log, bool with_jacobians,
                        NormalEquations* n) {
-    const Eigen::Matrix<double, kRows, 1> e = weight * log;
+    const Eigen::Matrix<double, Rows, 1> e = weight * log;
     n->cost += e.squaredNorm();
     if (!with_jacobians) return;
-    const Eigen::Matrix<double, kRows, 6> J = weight * RightJacobianInverseSe3(log);
+    const Eigen::Matrix<double, Rows, 6> J = weight * RightJacobianInverseSe3(log);
     n->H.noalias() += J.transpose() * J;
     n->b.noalias() += J.transpose() * e;
   }

@@ -18,14 +18,14 @@ namespace planar_vslam {
 Vector6d OdometryResidual(const Rigid3& T_map_i, const Rigid3& T_map_j, const Rigid3& T_i_j_measured, Matrix6d* J_i,
                           Matrix6d* J_j);
 
-// S e for a weight S of kRows rows. Blocks: pose i (7), pose j (7), see pose_manifold.h. Instantiated for 6 rows, the
+// S e for a weight S of Rows rows. Blocks: pose i (7), pose j (7), see pose_manifold.h. Instantiated for 6 rows, the
 // whole residual, and for 3, a part of it: wheels measure x, y and yaw, and what height and tilt may do the floor says
 // (LiftedCovariance), so Sigma has no terms between the two and S = SquareRootInformation(Sigma) falls into the rows
 // kPlanarRows and kFloorRows. As two factors they can have a loss each: a ramp is no slip of the wheels.
-template <int kRows>
-class OdometryFactor final : public ceres::SizedCostFunction<kRows, 7, 7> {
+template <int Rows>
+class OdometryFactor final : public ceres::SizedCostFunction<Rows, 7, 7> {
  public:
-  using Weight = Eigen::Matrix<double, kRows, 6>;
+  using Weight = Eigen::Matrix<double, Rows, 6>;
   OdometryFactor(const Rigid3& T_i_j_measured, const Weight& sqrt_information)
       : T_i_j_(T_i_j_measured), sqrt_information_(sqrt_information) {}
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
