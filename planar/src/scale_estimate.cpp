@@ -28,7 +28,7 @@ Track AtScale(const std::vector<LeverArmSample>& samples, double scale) {
   Track track;
   for (const LeverArmSample& sample : samples) {
     const Eigen::Vector3d lever = BaseRotation(sample) * sample.T_base_camera.translation;
-    track.visual.push_back(scale * sample.T_map_camera.translation - lever);
+    track.visual.emplace_back(scale * sample.T_map_camera.translation - lever);
     track.odometry.push_back(sample.T_odom_base);
   }
   for (std::size_t k = 1; k < samples.size(); ++k) {
