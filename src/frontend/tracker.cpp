@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "planar_vslam/geometry/tangent_parts.h"
 #include "planar_vslam/optimize/pose_only.h"
-#include "planar_vslam/planar/odometry_factor.h"
 #include "planar_vslam/planar/scale_recovery.h"
 #include "planar_vslam/recognition/relocalizer.h"
 

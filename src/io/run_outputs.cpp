@@ -2,10 +2,10 @@
 #include <sys/resource.h>
 
 #include <algorithm>
-#include <array>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "planar_vslam/geometry/tangent_parts.h"
 #include "planar_vslam/io/consistency.h"
 #include "planar_vslam/io/run_session.h"
 #include "planar_vslam/io/trajectory.h"
@@ -38,10 +38,9 @@ Trajectory LiveTrajectory(const RunResult& result, bool metric) {
 // Of the planar pose, of the live trajectory's poses.
 std::vector<StampedCovariance> LiveCovariances(const RunResult& result, bool metric) {
   std::vector<StampedCovariance> covariances;
-  const std::array<Eigen::Index, 3> at = {0, 1, 5};  // x, y, heading
   for (const FrameReport& frame : result.frames) {
     if (!frame.T_map_base.has_value() || frame.metric != metric) continue;
-    covariances.push_back({frame.stamp, frame.covariance(at, at)});
+    covariances.push_back({frame.stamp, frame.covariance(kPlanarRows, kPlanarRows)});
   }
   return covariances;
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <deque>
 
+#include "planar_vslam/geometry/tangent_parts.h"
 #include "planar_vslam/optimize/planar_reprojection_factor.h"
 #include "planar_vslam/optimize/reprojection_factor.h"
 #include "planar_vslam/planar/floor_points.h"

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <deque>
 
+#include "planar_vslam/geometry/tangent_parts.h"
 #include "planar_vslam/planar/odometry_factor.h"
 #include "planar_vslam/planar/pose_manifold.h"
 

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "planar_vslam/geometry/tangent_parts.h"
 #include "planar_vslam/optimize/planar_reprojection_factor.h"
-#include "planar_vslam/planar/odometry_factor.h"
 #include "planar_vslam/planar/pose_manifold.h"
 
 namespace planar_vslam {

@@ -1,7 +1,7 @@
 // What is known of the map as a whole: its scale, and how uncertain a pose in it is.
-#include <array>
 #include <cmath>
 
+#include "planar_vslam/geometry/tangent_parts.h"
 #include "planar_vslam/pipeline/slam_system.h"
 #include "planar_vslam/planar/scale_recovery.h"
 
@@ -23,8 +23,7 @@ Matrix6d SlamSystem::CovarianceOfMapAt(const Rigid3& T_map_base) const {
     const Eigen::Matrix3d from_newest = AdjointSe2(T_map_frame.Inverse() * ProjectToPlane(newest->T_map_base));
     planar += from_newest * keyframe_covariance_ * from_newest.transpose();
   }
-  const std::array<Eigen::Index, 3> at = {0, 1, 5};  // x, y, heading
-  covariance(at, at) = planar;
+  covariance(kPlanarRows, kPlanarRows) = planar;
   return covariance;
 }
 

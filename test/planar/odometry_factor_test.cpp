@@ -3,6 +3,7 @@
 #include <array>
 
 #include "factor_testing.h"
+#include "planar_vslam/geometry/tangent_parts.h"
 #include "planar_vslam/planar/planar_prior.h"
 #include "planar_vslam/planar/preintegration.h"
 #include "support/factor_twins.h"

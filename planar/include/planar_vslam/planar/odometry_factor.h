@@ -8,8 +8,6 @@
 //   de/dd_j = Jr^-1(e),   de/dd_i = -Jr^-1(e) Ad( (T_map_i^-1 T_map_j)^-1 ).
 #include <ceres/ceres.h>
 
-#include <array>
-
 #include "planar_vslam/geometry/rigid3.h"
 
 namespace planar_vslam {
@@ -21,7 +19,8 @@ Vector6d OdometryResidual(const Rigid3& T_map_i, const Rigid3& T_map_j, const Ri
 // S e for a weight S of Rows rows. Blocks: pose i (7), pose j (7), see pose_manifold.h. Instantiated for 6 rows, the
 // whole residual, and for 3, a part of it: wheels measure x, y and yaw, and what height and tilt may do the floor says
 // (LiftedCovariance), so Sigma has no terms between the two and S = SquareRootInformation(Sigma) falls into the rows
-// kPlanarRows and kFloorRows. As two factors they can have a loss each: a ramp is no slip of the wheels.
+// kPlanarRows and kFloorRows of tangent_parts.h. As two factors they can have a loss each: a ramp is no slip of the
+// wheels.
 template <int Rows>
 class OdometryFactor final : public ceres::SizedCostFunction<Rows, 7, 7> {
  public:
@@ -34,9 +33,6 @@ class OdometryFactor final : public ceres::SizedCostFunction<Rows, 7, 7> {
   Rigid3 T_i_j_;
   Weight sqrt_information_;
 };
-
-inline constexpr std::array<int, 3> kPlanarRows{0, 1, 5};  // x, y, yaw
-inline constexpr std::array<int, 3> kFloorRows{2, 3, 4};   // z, roll, pitch
 
 extern template class OdometryFactor<3>;
 extern template class OdometryFactor<6>;
