@@ -9,10 +9,10 @@
 
 #include "planar_vslam/optimize/planar_reprojection_factor.h"
 #include "planar_vslam/optimize/reprojection_factor.h"
-#include "planar_vslam/planar/odometry_factor.h"
 #include "planar_vslam/planar/planar_prior.h"
 #include "planar_vslam/planar/pose_manifold.h"
 #include "planar_vslam/planar/preintegration.h"
+#include "planar_vslam/planar/relative_pose_factor.h"
 #include "support/factor_twins.h"
 
 namespace planar_vslam {
@@ -108,13 +108,13 @@ void FloorWhiteningOfAPoint(benchmark::State& state) {
 BENCHMARK(FloorWhiteningOfAPoint);
 
 void OdometrySe3(benchmark::State& state) {
-  PreintegratedOdometry odometry;
+  PlanarMotion odometry;
   odometry.T_i_j = Rigid2(0.4, 0.1, 0.3);
   odometry.covariance.diagonal() << 4e-4, 6e-4, 3e-4;
   odometry.distance = 0.5;
   const Matrix6d S = SquareRootInformation(LiftedCovariance(odometry, OdometryNoise()));
   const Rigid3 T_i_j = Embed3(odometry.T_i_j);
-  const OdometryFactor<6> analytic(T_i_j, S);
+  const RelativePoseFactor<6> analytic(T_i_j, S);
   const ceres::AutoDiffCostFunction<OdometryTwin, 6, 7, 7> automatic(new OdometryTwin{T_i_j, S});
   Compare(state, analytic, automatic, {ToBlock(Pose(1.0, -2.0, 3.0)), ToBlock(Pose(0.6, -2.1, -2.9))});
 }

@@ -28,14 +28,14 @@ void SumUp(benchmark::State& state) {
 BENCHMARK(SumUp)->Arg(4)->Arg(100);
 
 void ComposeTwo(benchmark::State& state) {
-  const PreintegratedOdometry half = Preintegrate(Readings(50), OdometryNoise());
+  const PlanarMotion half = Preintegrate(Readings(50), OdometryNoise());
   for (auto _ : state) benchmark::DoNotOptimize(Compose(half, half));
 }
 BENCHMARK(ComposeTwo);
 
 void FactorWeight(benchmark::State& state) {
   const OdometryNoise noise;
-  const PreintegratedOdometry odometry = Preintegrate(Readings(100), noise);
+  const PlanarMotion odometry = Preintegrate(Readings(100), noise);
   for (auto _ : state) benchmark::DoNotOptimize(SquareRootInformation(LiftedCovariance(odometry, noise)));
 }
 BENCHMARK(FactorWeight);

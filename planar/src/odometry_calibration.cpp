@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "planar_vslam/geometry/check.h"
-#include "planar_vslam/planar/odometry_factor.h"
 #include "planar_vslam/planar/pose_manifold.h"
+#include "planar_vslam/planar/relative_pose_factor.h"
 
 namespace planar_vslam {
 namespace {
@@ -78,7 +78,7 @@ void Append(const Rigid2& increment, const Eigen::Vector3d& scale, CorrectedMoti
 Eigen::Matrix<double, 6, 3> EvaluateMotion(const double* const* parameters, const Rigid2& T_i_j,
                                            const Matrix6d& sqrt_information, double* residuals, double** jacobians) {
   Matrix6d J_i, J_j;
-  const Vector6d e = OdometryResidual(LoadPose(parameters[0]), LoadPose(parameters[1]), Embed3(T_i_j), &J_i, &J_j);
+  const Vector6d e = RelativePoseResidual(LoadPose(parameters[0]), LoadPose(parameters[1]), Embed3(T_i_j), &J_i, &J_j);
   Eigen::Map<Vector6d>(residuals).noalias() = sqrt_information * e;
   if (jacobians != nullptr && jacobians[0] != nullptr) {
     const Matrix6d weighted = sqrt_information * J_i;

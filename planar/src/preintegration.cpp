@@ -11,11 +11,10 @@ namespace {
 
 double Square(double value) { return value * value; }
 
-PreintegratedOdometry SingleIncrement(const OdometryReading& from, const OdometryReading& to,
-                                      const OdometryNoise& noise) {
+PlanarMotion SingleIncrement(const OdometryReading& from, const OdometryReading& to, const OdometryNoise& noise) {
   PV_CHECK(from.stamp <= to.stamp,
            "readings out of order: " << from.stamp.nanoseconds << " ns before " << to.stamp.nanoseconds << " ns");
-  PreintegratedOdometry increment;
+  PlanarMotion increment;
   increment.T_i_j = from.T_odom_base.Inverse() * to.T_odom_base;
   const bool measured = to.covariance_rate.has_value() && noise.message_covariance == MessageCovarianceUse::kAuto;
   increment.distance = increment.T_i_j.translation.norm();
@@ -29,23 +28,23 @@ PreintegratedOdometry SingleIncrement(const OdometryReading& from, const Odometr
 
 }  // namespace
 
-PreintegratedOdometry Preintegrate(const std::vector<OdometryReading>& readings, const OdometryNoise& noise) {
+PlanarMotion Preintegrate(const std::vector<OdometryReading>& readings, const OdometryNoise& noise) {
   PV_CHECK(!readings.empty(), "preintegration needs at least one reading");
-  PreintegratedOdometry sum;
+  PlanarMotion sum;
   for (std::size_t k = 1; k < readings.size(); ++k) {
     sum = Compose(sum, SingleIncrement(readings[k - 1], readings[k], noise));
   }
   return OverWholeMotion(sum, noise);
 }
 
-PreintegratedOdometry OverWholeMotion(PreintegratedOdometry odometry, const OdometryNoise& noise) {
+PlanarMotion OverWholeMotion(PlanarMotion odometry, const OdometryNoise& noise) {
   if (noise.model == OdometryNoiseModel::kAmcl && odometry.modelled) {
     odometry.covariance = IncrementCovariance(noise, odometry.T_i_j);
   }
   return odometry;
 }
 
-PreintegratedOdometry Compose(const PreintegratedOdometry& ij, const PreintegratedOdometry& jk) {
+PlanarMotion Compose(const PlanarMotion& ij, const PlanarMotion& jk) {
   const Eigen::Matrix2d R = ij.T_i_j.R();
   const Eigen::Vector2d r = R * jk.T_i_j.translation;
   Eigen::Matrix3d A = Eigen::Matrix3d::Identity();
@@ -54,7 +53,7 @@ PreintegratedOdometry Compose(const PreintegratedOdometry& ij, const Preintegrat
   Eigen::Matrix3d B = Eigen::Matrix3d::Identity();
   B.topLeftCorner<2, 2>() = R;
 
-  PreintegratedOdometry ik;
+  PlanarMotion ik;
   ik.T_i_j = ij.T_i_j * jk.T_i_j;
   ik.covariance = A * ij.covariance * A.transpose() + B * jk.covariance * B.transpose();
   ik.distance = ij.distance + jk.distance;
@@ -64,20 +63,20 @@ PreintegratedOdometry Compose(const PreintegratedOdometry& ij, const Preintegrat
   return ik;
 }
 
-PreintegratedOdometry Inflate(PreintegratedOdometry odometry, const Eigen::Vector3d& slip) {
+PlanarMotion Inflate(PlanarMotion odometry, const Eigen::Vector3d& slip) {
   const double missed = slip.head<2>().squaredNorm();  // whichever way the wheels point the next time
   odometry.covariance.diagonal() += Eigen::Vector3d(missed, missed, Square(slip.z()));
   return odometry;
 }
 
-Eigen::Matrix3d CovarianceWithFloor(const PreintegratedOdometry& odometry, const OdometryNoise& noise) {
+Eigen::Matrix3d CovarianceWithFloor(const PlanarMotion& odometry, const OdometryNoise& noise) {
   Eigen::Matrix3d covariance = odometry.covariance;
   covariance.diagonal() +=
       Eigen::Vector3d(Square(noise.position_floor), Square(noise.position_floor), Square(noise.heading_floor));
   return covariance;
 }
 
-Matrix6d LiftedCovariance(const PreintegratedOdometry& odometry, const OdometryNoise& noise) {
+Matrix6d LiftedCovariance(const PlanarMotion& odometry, const OdometryNoise& noise) {
   // A right perturbation at j moves r by R(phi) d_t, so d = B^T [dr, dphi].
   Eigen::Matrix3d B = Eigen::Matrix3d::Identity();
   B.topLeftCorner<2, 2>() = odometry.T_i_j.R();

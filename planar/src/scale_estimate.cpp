@@ -205,15 +205,15 @@ std::optional<ScaleEstimate> EstimateScale(const std::vector<LeverArmSample>& sa
   return estimate;
 }
 
-std::optional<ScaleEvidence> Fuse(const std::vector<ScaleEvidence>& sources) {
+std::optional<ScaleMeasurement> Fuse(const std::vector<ScaleMeasurement>& sources) {
   if (sources.empty()) return std::nullopt;
   double weights = 0.0, sum = 0.0;
-  for (const ScaleEvidence& source : sources) {
+  for (const ScaleMeasurement& source : sources) {
     const double weight = 1.0 / (source.sigma * source.sigma);
     weights += weight;
     sum += weight * source.log_scale;
   }
-  return ScaleEvidence{sum / weights, 1.0 / std::sqrt(weights)};
+  return ScaleMeasurement{sum / weights, 1.0 / std::sqrt(weights)};
 }
 
 }  // namespace planar_vslam

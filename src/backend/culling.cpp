@@ -36,7 +36,7 @@ bool IsRedundant(const Map& map, KeyframeId id, const Keyframe& keyframe, double
 
 }  // namespace
 
-MapEdit CullRecentLandmarks(const Map& map, KeyframeId newest, const LocalMapperOptions& options) {
+MapEdit CullRecentLandmarks(const Map& map, KeyframeId newest, const MapperOptions& options) {
   EraseLandmarks erase;
   for (const auto& [id, landmark] : map.landmarks) {
     const std::uint32_t age = newest.value - landmark.created_by.value;
@@ -49,11 +49,11 @@ MapEdit CullRecentLandmarks(const Map& map, KeyframeId newest, const LocalMapper
   return {erase};
 }
 
-MapEdit CullKeyframes(const Map& map, KeyframeId newest, const LocalMapperOptions& options,
+MapEdit CullKeyframes(const Map& map, KeyframeId newest, const MapperOptions& options,
                       std::vector<CulledKeyframe>* culled) {
   MapEdit edit;
   const KeyframeId first = map.keyframes.begin()->first;
-  const std::optional<OdometryLink>& newest_link = map.keyframes.At(newest).odometry_link;
+  const std::optional<MotionLink>& newest_link = map.keyframes.At(newest).odometry_link;
   for (const CovisibleKeyframe& neighbor : CovisibleKeyframes(map, newest, options.min_shared)) {
     const KeyframeId id = neighbor.id;
     if (id == first || id.value + 1 >= newest.value || (newest_link.has_value() && newest_link->from == id)) continue;

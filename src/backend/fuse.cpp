@@ -10,7 +10,7 @@ constexpr double kChi2TwoDof95 = 5.991;  // chi-square, 2 dof, 95 %
 
 // The keypoint of `target` that shows the landmark, or -1.
 int FindKeypoint(const Map& map, const Landmark& landmark, const PredictedView& view, const FrameFeatures& features,
-                 const LocalMapperOptions& options, std::vector<int>* indices) {
+                 const MapperOptions& options, std::vector<int>* indices) {
   const double scale = map.octave_scales[static_cast<std::size_t>(view.octave)];
   const int last_octave = static_cast<int>(map.octave_scales.size()) - 1;
   indices->clear();
@@ -50,7 +50,7 @@ MapEdit FuseInto(const Map& map, const std::vector<LandmarkId>& landmarks, Keyfr
     const Landmark* landmark = map.landmarks.Find(id);
     PredictedView view;
     if (landmark == nullptr || SeenBy(*landmark, target)) continue;
-    if (!PredictView(*landmark, T_map_camera, context.bundle.camera, map.octave_scales, &view)) continue;
+    if (!PredictView(*landmark, T_map_camera, context.model.camera, map.octave_scales, &view)) continue;
     const int keypoint = FindKeypoint(map, *landmark, view, *keyframe.features, context.options, &indices);
     if (keypoint < 0) continue;
     const LandmarkId holder = keyframe.landmarks[static_cast<std::size_t>(keypoint)];

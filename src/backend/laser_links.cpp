@@ -35,10 +35,10 @@ std::vector<KeyframeId> LaserReferences(const Map& map, KeyframeId newest) {
   return references;
 }
 
-OdometryLink ToLink(KeyframeId from, const ScanMatch& match, double seconds) {
+MotionLink ToLink(KeyframeId from, const ScanMatch& match, double seconds) {
   Eigen::Matrix3d B = Eigen::Matrix3d::Identity();  // right perturbation at the current base -> frame of the reference
   B.topLeftCorner<2, 2>() = match.T_reference_current.R();
-  PreintegratedOdometry motion;
+  PlanarMotion motion;
   motion.T_i_j = match.T_reference_current;
   motion.covariance = B * match.covariance * B.transpose();
   motion.distance = match.T_reference_current.translation.norm();

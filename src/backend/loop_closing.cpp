@@ -44,7 +44,7 @@ MapEdit DropContradicted(const Map& map, const std::vector<MapTie>& ties) {
     const auto& [id, keyframe] = *(map.keyframes.begin() + static_cast<std::ptrdiff_t>(tie.j));
     const Rigid2 T_from_map = ProjectToPlane(map.keyframes.At(keyframe.odometry_link->from).T_map_base).Inverse();
     const Eigen::Vector3d e =
-        LogSe2(keyframe.odometry_link->odometry.T_i_j.Inverse() * T_from_map * ProjectToPlane(keyframe.T_map_base));
+        LogSe2(keyframe.odometry_link->motion.T_i_j.Inverse() * T_from_map * ProjectToPlane(keyframe.T_map_base));
     if (e.head<2>().norm() > kDistance || std::abs(e.z()) > kAngle) edit.emplace_back(EraseOdometryLink{id});
   }
   return edit;
@@ -68,7 +68,7 @@ MapEdit Join(const Map& map, const LoopView& view) {
 
 }  // namespace
 
-std::optional<Map> CloseLoop(Map map, const Loop& loop, const BundleContext& context) {
+std::optional<Map> CloseLoop(Map map, const Loop& loop, const MeasurementModel& context) {
   const std::vector<MapTie> ties = TiesOf(map, context);
   const std::vector<std::pair<KeyframeId, Rigid3>> poses = SolvePoseGraph(map, ties, LoopTies(map, loop));
   if (poses.empty()) return std::nullopt;

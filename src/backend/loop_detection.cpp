@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "planar_vslam/backend/loop_closing.h"
-#include "planar_vslam/map/way.h"
+#include "planar_vslam/map/distance_driven.h"
 #include "planar_vslam/optimize/pose_only.h"
 #include "planar_vslam/recognition/relocalizer.h"
 
@@ -14,7 +14,7 @@ constexpr double kChi2ThreeDof99 = 11.345;  // chi-square, 3 dof, 99 %
 
 class LoopFinder {
  public:
-  LoopFinder(const Map& map, KeyframeId newest, const MapUncertainty& uncertainty, const BundleContext& context,
+  LoopFinder(const Map& map, KeyframeId newest, const MapUncertainty& uncertainty, const MeasurementModel& context,
              const LoopOptions& options)
       : map_(map),
         newest_(newest),
@@ -22,10 +22,10 @@ class LoopFinder {
         uncertainty_(uncertainty),
         context_(context),
         options_(options),
-        way_(map) {}
+        driven_(map) {}
 
   std::optional<Loop> Find() const {
-    if (way_.HasReturned(keyframe_)) return std::nullopt;
+    if (driven_.HasReturned(keyframe_)) return std::nullopt;
     for (const KeyframeId candidate : Candidates()) {
       std::optional<Loop> loop = Verify(candidate);
       if (loop.has_value()) return loop;
@@ -45,7 +45,7 @@ class LoopFinder {
     std::vector<KeyframeId> old =
         NearbyKeyframes(map_, keyframe_.T_map_camera(), distance, angle, map_.keyframes.size());
     old.erase(std::remove_if(old.begin(), old.end(),
-                             [this](KeyframeId id) { return way_.Between(id, newest_) <= Way::kReturn; }),
+                             [this](KeyframeId id) { return driven_.Between(id, newest_) <= DistanceDriven::kReturn; }),
               old.end());
     return KeyframesResembling(map_, *keyframe_.features, OldLandmarks(old), kTried);
   }
@@ -53,7 +53,7 @@ class LoopFinder {
   std::vector<LandmarkId> OldLandmarks(const std::vector<KeyframeId>& keyframes) const {
     std::vector<LandmarkId> ids = LandmarksOf(map_, keyframes);
     ids.erase(std::remove_if(ids.begin(), ids.end(),
-                             [this](LandmarkId id) { return !way_.IsOld(map_.landmarks.At(id), newest_); }),
+                             [this](LandmarkId id) { return !driven_.IsOld(map_.landmarks.At(id), newest_); }),
               ids.end());
     return ids;
   }
@@ -159,9 +159,9 @@ class LoopFinder {
   KeyframeId newest_;
   const Keyframe& keyframe_;
   const MapUncertainty& uncertainty_;
-  const BundleContext& context_;
+  const MeasurementModel& context_;
   const LoopOptions& options_;
-  Way way_;
+  DistanceDriven driven_;
 };
 
 }  // namespace
@@ -175,7 +175,7 @@ std::vector<std::string> LoopOptions::Problems() const {
 }
 
 std::optional<Loop> FindLoop(const Map& map, KeyframeId newest, const MapUncertainty& uncertainty,
-                             const BundleContext& context, const LoopOptions& options) {
+                             const MeasurementModel& context, const LoopOptions& options) {
   if (!options.enabled) return std::nullopt;
   return LoopFinder(map, newest, uncertainty, context, options).Find();
 }

@@ -38,7 +38,7 @@ std::vector<KeyframeId> Neighbors(const Map& map, KeyframeId id, int covisible, 
 }
 
 std::vector<KeyframeId> WithNearby(const Map& map, KeyframeId id, std::vector<KeyframeId> neighbors,
-                                   const LocalMapperOptions& options) {
+                                   const MapperOptions& options) {
   if (!map.metric) return neighbors;
   const Rigid3 here = map.keyframes.At(id).T_map_camera();
   const Eigen::Vector3d axis = here.rotation * Eigen::Vector3d::UnitZ();
@@ -58,7 +58,7 @@ std::vector<KeyframeId> WithNearby(const Map& map, KeyframeId id, std::vector<Ke
   return neighbors;
 }
 
-BundleRequest LocalRequest(const Map& map, KeyframeId newest, const LocalMapperOptions& options) {
+BundleRequest LocalRequest(const Map& map, KeyframeId newest, const MapperOptions& options) {
   // A young map is the ruler of all that follows: while it fits into a window, none of it is fixed but its origin.
   if (map.keyframes.size() <= static_cast<std::size_t>(options.young_map)) return WholeMapRequest(map);
   // What a narrow window holds fixed at its border has drifted; a wide one now and then takes that drift out, and lets
@@ -86,13 +86,13 @@ BundleRequest LocalRequest(const Map& map, KeyframeId newest, const LocalMapperO
     for (const Observation& o : map.landmarks.At(id).observations) ++votes[o.keyframe.value];
   }
   constexpr int kLinkVote = 1 << 20;  // always among the border
-  const auto vote = [&](KeyframeId id, const OdometryLink& link) {
+  const auto vote = [&](KeyframeId id, const MotionLink& link) {
     if (is_free(id)) votes[link.from.value] += kLinkVote;
     if (is_free(link.from)) votes[id.value] += kLinkVote;
   };
   for (const auto& [id, keyframe] : map.keyframes) {
     if (keyframe.odometry_link.has_value()) vote(id, *keyframe.odometry_link);
-    for (const OdometryLink& link : keyframe.laser_links) vote(id, link);
+    for (const MotionLink& link : keyframe.laser_links) vote(id, link);
   }
   std::vector<KeyframeId> border;
   for (const auto& [id, keyframe] : map.keyframes) {

@@ -2,7 +2,7 @@
 // The stages of MapKeyframe, each a function of the map that returns the edit it asks for.
 #include <vector>
 
-#include "planar_vslam/backend/local_mapper.h"
+#include "planar_vslam/backend/map_keyframe.h"
 
 namespace planar_vslam {
 
@@ -11,20 +11,20 @@ std::vector<KeyframeId> Neighbors(const Map& map, KeyframeId id, int covisible, 
 
 // `neighbors` and, in a metric map, the keyframes standing near `id` and looking the same way: old places seen again.
 std::vector<KeyframeId> WithNearby(const Map& map, KeyframeId id, std::vector<KeyframeId> neighbors,
-                                   const LocalMapperOptions& options);
+                                   const MapperOptions& options);
 // Valid landmark ids of a keyframe, in keypoint order.
 std::vector<LandmarkId> LandmarksSeen(const Keyframe& keyframe);
 
 // Matches the newest keyframe's own laser sweep, the first it holds, against those of the keyframe before it and of the
 // oldest one that stood nearby.
 MapEdit LinkByLaser(const Map& map, KeyframeId newest, const ScanMatchOptions& options);
-MapEdit CullRecentLandmarks(const Map& map, KeyframeId newest, const LocalMapperOptions& options);
+MapEdit CullRecentLandmarks(const Map& map, KeyframeId newest, const MapperOptions& options);
 MapEdit TriangulateWith(const Map& map, KeyframeId newest, KeyframeId neighbor, const MapperContext& context);
 // Projects `landmarks` into `target`: a free keypoint gains the observation, a taken one merges the two landmarks.
 MapEdit FuseInto(const Map& map, const std::vector<LandmarkId>& landmarks, KeyframeId target,
                  const MapperContext& context);
-BundleRequest LocalRequest(const Map& map, KeyframeId newest, const LocalMapperOptions& options);
-MapEdit CullKeyframes(const Map& map, KeyframeId newest, const LocalMapperOptions& options,
+BundleRequest LocalRequest(const Map& map, KeyframeId newest, const MapperOptions& options);
+MapEdit CullKeyframes(const Map& map, KeyframeId newest, const MapperOptions& options,
                       std::vector<CulledKeyframe>* culled);
 
 }  // namespace planar_vslam

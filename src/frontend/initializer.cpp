@@ -160,7 +160,7 @@ InitializerReport Initializer::Finish(const InitializerInput& input, const Rigid
       {}};
   k2.landmarks.resize(input.features->keypoints.size());
   if (first_->odometry.seconds > 0.0)
-    k2.odometry_link = OdometryLink{id1, OverWholeMotion(first_->odometry, bundle_.odometry_noise)};
+    k2.odometry_link = MotionLink{id1, OverWholeMotion(first_->odometry, bundle_.odometry_noise)};
   MapEdit edit{AddKeyframe{id1, k1}, AddKeyframe{id2, k2}};
   const Rigid3 T_c2_c1 = T_c1_c2.Inverse();
   std::uint32_t next = 0;
@@ -188,7 +188,7 @@ InitializerReport Initializer::Finish(const InitializerInput& input, const Rigid
     return {std::nullopt, "more points that fit the motion"};
   }
   map = Apply(std::move(map), edit);
-  BundleContext context = bundle_;
+  MeasurementModel context = bundle_;
   context.options.max_iterations = 20;
   const BundleResult bundle = AdjustBundle(map, WholeMapRequest(map), context);
   if (!bundle.converged) return Restart(input, "a first map that converges");

@@ -21,13 +21,13 @@ Eigen::Matrix<double, 2, 3> WeightedProjectionJacobian(const CameraModel& c, con
   return J / sigma;
 }
 
-double Sigma(const Map& map, const BundleContext& context, const Keyframe& keyframe, const Observation& o) {
+double Sigma(const Map& map, const MeasurementModel& context, const Keyframe& keyframe, const Observation& o) {
   const Keypoint& keypoint = keyframe.features->keypoints[o.keypoint];
   return context.options.pixel_sigma * map.octave_scales[static_cast<std::size_t>(keypoint.octave)];
 }
 
 // Information on the second camera's pose in the first (right tangent), the points marginalised.
-Matrix6d ViewInformation(const Map& map, const BundleContext& context) {
+Matrix6d ViewInformation(const Map& map, const MeasurementModel& context) {
   const Keyframe& first = map.keyframes.begin()->second;
   const Keyframe& second = std::prev(map.keyframes.end())->second;
   const Rigid3 T_c1_map = first.T_map_camera().Inverse(), T_c2_map = second.T_map_camera().Inverse();
@@ -70,10 +70,10 @@ Matrix6d MountCovariance(const Rigid3& T_b1_b2) {
 
 }  // namespace
 
-double SquaredMotionDisagreement(const Map& two_views, const BundleContext& context) {
+double SquaredMotionDisagreement(const Map& two_views, const MeasurementModel& context) {
   const Keyframe& first = two_views.keyframes.begin()->second;
   const Keyframe& second = std::prev(two_views.keyframes.end())->second;
-  const PreintegratedOdometry& odometry = second.odometry_link->odometry;
+  const PlanarMotion& odometry = second.odometry_link->motion;
   const Rigid3 T_b1_b2 = Embed3(odometry.T_i_j);
   const Rigid3 T_c1_c2 = first.T_map_camera().Inverse() * second.T_map_camera();
   Vector6d along_scale = Vector6d::Zero();

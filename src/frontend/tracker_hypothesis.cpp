@@ -1,9 +1,9 @@
 // The part of the tracker that finds a pose without trusting the last one: at the start in a known map, after a slip
-// while blind, after the robot was carried elsewhere.
+// while blind, after the robot was kidnapped elsewhere.
 #include <algorithm>
 
-#include "planar_vslam/recognition/relocalizer.h"
 #include "planar_vslam/frontend/tracker.h"
+#include "planar_vslam/recognition/relocalizer.h"
 
 namespace planar_vslam {
 namespace {
@@ -88,7 +88,7 @@ bool Tracker::ConfirmHypothesis(const TrackInput& input, const Map& map, const P
   return hypothesis_->confirmations >= kConfirmations;
 }
 
-// Farther than drift of odometry or map explains: the robot was carried.
+// Farther than drift of odometry or map explains: the robot was kidnapped.
 bool Tracker::IsJump(const Prediction& prediction, const TrackResult& result) const {
   constexpr double kJumpDistance = 1.0;  // m
   constexpr double kJumpAngle = DegreesToRadians(20.0);

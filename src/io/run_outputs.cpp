@@ -98,7 +98,7 @@ Json Timing(const RunResult& result) {
   return json;
 }
 
-Json ToJson(const std::optional<ScaleEvidence>& source) {
+Json ToJson(const std::optional<ScaleMeasurement>& source) {
   if (!source.has_value()) return nullptr;
   return {{"log_correction", source->log_scale}, {"sigma", source->sigma}};
 }

@@ -53,9 +53,9 @@ class Editor {
   void FreeKeypoint(const Observation& observation);
   void EraseLandmark(LandmarkId id, Landmark* landmark);
   void RehomeSweeps(KeyframeId erased_id);
-  void BridgeLaser(KeyframeId erased_id, const std::vector<OdometryLink>& erased_links);
-  void AddLaserLink(KeyframeId id, Keyframe* keyframe, const OdometryLink& link);
-  void BridgeOdometry(KeyframeId erased_id, const std::optional<OdometryLink>& erased_link);
+  void BridgeLaser(KeyframeId erased_id, const std::vector<MotionLink>& erased_links);
+  void AddLaserLink(KeyframeId id, Keyframe* keyframe, const MotionLink& link);
+  void BridgeOdometry(KeyframeId erased_id, const std::optional<MotionLink>& erased_link);
   void EraseThinLandmarks();
   void UpdateDerivedFields();
 
@@ -127,7 +127,7 @@ void Editor::operator()(const AddKeyframe& step) {
     if (!map_.keyframes.Contains(from)) keyframe.odometry_link.reset();
   }
   keyframe.laser_links.clear();
-  for (const OdometryLink& link : step.keyframe.laser_links) AddLaserLink(step.id, &keyframe, link);
+  for (const MotionLink& link : step.keyframe.laser_links) AddLaserLink(step.id, &keyframe, link);
 
   const auto count = static_cast<std::uint32_t>(keyframe.landmarks.size());
   keyframe.landmarks.assign(count, LandmarkId{});
@@ -176,24 +176,24 @@ void Editor::operator()(const EraseKeyframe& step) {
   map_.keyframes.Erase({step.id});
 }
 
-void Editor::BridgeLaser(KeyframeId erased_id, const std::vector<OdometryLink>& erased_links) {
+void Editor::BridgeLaser(KeyframeId erased_id, const std::vector<MotionLink>& erased_links) {
   for (auto& [id, keyframe] : map_.keyframes) {
-    std::vector<OdometryLink>& links = keyframe.laser_links;
+    std::vector<MotionLink>& links = keyframe.laser_links;
     const auto link = std::find_if(links.begin(), links.end(), [&](const auto& l) { return l.from == erased_id; });
     if (link == links.end()) continue;
-    const PreintegratedOdometry from_erased = link->odometry;
+    const PlanarMotion from_erased = link->motion;
     links.erase(link);
     if (erased_links.empty()) continue;
-    const OdometryLink& nearest = erased_links.back();  // ascending: the latest, whose way is the shortest
-    AddLaserLink(id, &keyframe, {nearest.from, Compose(nearest.odometry, from_erased)});
+    const MotionLink& nearest = erased_links.back();  // ascending: the latest, whose way is the shortest
+    AddLaserLink(id, &keyframe, {nearest.from, Compose(nearest.motion, from_erased)});
   }
 }
 
-void Editor::AddLaserLink(KeyframeId id, Keyframe* keyframe, const OdometryLink& link) {
+void Editor::AddLaserLink(KeyframeId id, Keyframe* keyframe, const MotionLink& link) {
   if (!(link.from < id) || !map_.keyframes.Contains(link.from)) return;
-  std::vector<OdometryLink>& links = keyframe->laser_links;
+  std::vector<MotionLink>& links = keyframe->laser_links;
   const auto at = std::lower_bound(links.begin(), links.end(), link.from,
-                                   [](const OdometryLink& l, KeyframeId from) { return l.from < from; });
+                                   [](const MotionLink& l, KeyframeId from) { return l.from < from; });
   if (at == links.end() || at->from != link.from) links.insert(at, link);
 }
 
@@ -211,12 +211,12 @@ void Editor::RehomeSweeps(KeyframeId erased_id) {
   }
 }
 
-void Editor::BridgeOdometry(KeyframeId erased_id, const std::optional<OdometryLink>& erased_link) {
+void Editor::BridgeOdometry(KeyframeId erased_id, const std::optional<MotionLink>& erased_link) {
   for (auto& [id, keyframe] : map_.keyframes) {
-    std::optional<OdometryLink>& link = keyframe.odometry_link;
+    std::optional<MotionLink>& link = keyframe.odometry_link;
     if (!link || link->from != erased_id) continue;
     if (erased_link) {
-      link = OdometryLink{erased_link->from, Compose(erased_link->odometry, link->odometry)};
+      link = MotionLink{erased_link->from, Compose(erased_link->motion, link->motion)};
     } else {
       link.reset();
     }
@@ -244,7 +244,7 @@ void Editor::operator()(const AddSweeps& step) {
 void Editor::operator()(const AddLaserLinks& step) {
   Keyframe* keyframe = map_.keyframes.Find(step.keyframe);
   if (keyframe == nullptr) return;
-  for (const OdometryLink& link : step.links) AddLaserLink(step.keyframe, keyframe, link);
+  for (const MotionLink& link : step.links) AddLaserLink(step.keyframe, keyframe, link);
 }
 
 void Editor::operator()(const EraseOdometryLink& step) {

@@ -47,7 +47,7 @@ void RigidFields(Stream& s, Motion& T) {
 
 template <class Stream, class Link>
 void LinkFields(Stream& s, Link& link) {
-  auto& odometry = link.odometry;
+  auto& odometry = link.motion;
   s.Number(link.from.value);
   s.Numbers(odometry.T_i_j.translation.data(), 2);
   s.Number(odometry.T_i_j.angle);

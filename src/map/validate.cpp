@@ -66,12 +66,12 @@ void CheckFeatures(const Map& map, KeyframeId id, const FrameFeatures& features,
   }
 }
 
-void CheckLink(const Map& map, KeyframeId id, const char* kind, const OdometryLink& link, Problems* problems) {
+void CheckLink(const Map& map, KeyframeId id, const char* kind, const MotionLink& link, Problems* problems) {
   problems->Unless(map.keyframes.Contains(link.from), "keyframe ", id.value, ": ", kind, " link from keyframe ",
                    link.from.value, " that does not exist");
   problems->Unless(link.from < id, "keyframe ", id.value, ": ", kind, " link from keyframe ", link.from.value,
                    " that is not earlier");
-  const PreintegratedOdometry& o = link.odometry;
+  const PlanarMotion& o = link.motion;
   const bool finite = o.T_i_j.translation.allFinite() && std::isfinite(o.T_i_j.angle) && o.covariance.allFinite() &&
                       std::isfinite(o.distance) && std::isfinite(o.turn) && std::isfinite(o.seconds);
   problems->Unless(finite, "keyframe ", id.value, ": ", kind, " link not finite");
@@ -80,7 +80,7 @@ void CheckLink(const Map& map, KeyframeId id, const char* kind, const OdometryLi
 void CheckLinks(const Map& map, KeyframeId id, const Keyframe& keyframe, Problems* problems) {
   if (keyframe.odometry_link) CheckLink(map, id, "odometry", *keyframe.odometry_link, problems);
   KeyframeId previous;
-  for (const OdometryLink& link : keyframe.laser_links) {
+  for (const MotionLink& link : keyframe.laser_links) {
     CheckLink(map, id, "laser", link, problems);
     problems->Unless(!previous.valid() || previous < link.from, "keyframe ", id.value, ": laser link from keyframe ",
                      link.from.value, " not after keyframe ", previous.value);

@@ -10,8 +10,8 @@
 #include "planar_vslam/optimize/planar_reprojection_factor.h"
 #include "planar_vslam/optimize/reprojection_factor.h"
 #include "planar_vslam/planar/floor_points.h"
-#include "planar_vslam/planar/odometry_factor.h"
 #include "planar_vslam/planar/pose_manifold.h"
+#include "planar_vslam/planar/relative_pose_factor.h"
 
 namespace planar_vslam {
 namespace {
@@ -29,7 +29,7 @@ struct BlockObservation {
 // the same bits in every run.
 class BundleProblem {
  public:
-  BundleProblem(const Map& map, const BundleRequest& request, const BundleContext& context)
+  BundleProblem(const Map& map, const BundleRequest& request, const MeasurementModel& context)
       : map_(map), request_(request), context_(context) {
     std::merge(request.free_keyframes.begin(), request.free_keyframes.end(), request.fixed_keyframes.begin(),
                request.fixed_keyframes.end(), std::back_inserter(keyframes_));
@@ -187,15 +187,15 @@ class BundleProblem {
       if (context_.options.use_odometry && keyframe.odometry_link.has_value()) {
         AddMotion(*keyframe.odometry_link, j, problem);
       }
-      for (const OdometryLink& link : keyframe.laser_links) AddMotion(link, j, problem);
+      for (const MotionLink& link : keyframe.laser_links) AddMotion(link, j, problem);
     }
   }
 
-  void AddMotion(const OdometryLink& link, std::size_t j, ceres::Problem* problem) {
+  void AddMotion(const MotionLink& link, std::size_t j, ceres::Problem* problem) {
     const std::size_t i = IndexOf(link.from);
     if (i == keyframes_.size() || (!IsFree(keyframes_[i]) && !IsFree(keyframes_[j]))) return;
-    const Matrix6d S = SquareRootInformation(LiftedCovariance(link.odometry, context_.odometry_noise));
-    const Rigid3 T_i_j = Embed3(link.odometry.T_i_j);
+    const Matrix6d S = SquareRootInformation(LiftedCovariance(link.motion, context_.odometry_noise));
+    const Rigid3 T_i_j = Embed3(link.motion.T_i_j);
     motion_factors_.emplace_back(T_i_j, S(kPlanarRows, Eigen::all));
     problem->AddResidualBlock(&motion_factors_.back(), &odometry_loss_, PoseBlock(i), PoseBlock(j));
     motion_factors_.emplace_back(T_i_j, S(kFloorRows, Eigen::all));
@@ -236,13 +236,13 @@ class BundleProblem {
 
   const Map& map_;
   const BundleRequest& request_;
-  const BundleContext& context_;
+  const MeasurementModel& context_;
   std::vector<KeyframeId> keyframes_;  // free and fixed, ascending
   std::vector<double> blocks_;
   std::vector<BlockObservation> observations_;
   std::deque<ReprojectionFactor> reprojections_;  // one per observation; cost functions cannot be moved
   std::deque<PlanarReprojectionFactor> inflated_;
-  std::deque<OdometryFactor<3>> motion_factors_;
+  std::deque<RelativePoseFactor<3>> motion_factors_;
   PlanarPriorFactor floor_{context_.planar.sigma_height, context_.planar.sigma_tilt};
   std::vector<std::size_t> floor_landmarks_;  // indices into the landmark blocks
   FloorPointFactor floor_point_{context_.planar.sigma_floor_point};
@@ -265,7 +265,7 @@ std::vector<std::string> BundleOptions::Problems() const {
   return problems;
 }
 
-BundleResult AdjustBundle(const Map& map, const BundleRequest& request, const BundleContext& context) {
+BundleResult AdjustBundle(const Map& map, const BundleRequest& request, const MeasurementModel& context) {
   BundleResult result;
   BundleProblem problem(map, request, context);
   if (problem.empty() || request.free_keyframes.empty()) {

@@ -11,8 +11,8 @@
 
 #include "planar_vslam/optimize/mounted_reprojection_factor.h"
 #include "planar_vslam/optimize/reprojection_factor.h"
-#include "planar_vslam/planar/odometry_factor.h"
 #include "planar_vslam/planar/pose_manifold.h"
+#include "planar_vslam/planar/relative_pose_factor.h"
 
 namespace planar_vslam {
 namespace {
@@ -42,7 +42,7 @@ Rigid3 Unmounted(const Vector6d& mount, const Rigid3& T_base_camera) {
 class CalibrationProblem {
  public:
   CalibrationProblem(const Map& map, const std::vector<OdometryReading>& readings, const SensorCorrection& present,
-                     const BundleContext& context, const CalibrationOptions& options)
+                     const MeasurementModel& context, const CalibrationOptions& options)
       : map_(map), readings_(readings), present_(present), context_(context), options_(options) {
     blocks_.resize(2 * map.keyframes.size() * kPoseBlockSize + map.landmarks.size() * 3 + kScaleSize + 1 + kMountSize);
     std::size_t i = 0;
@@ -161,15 +161,15 @@ class CalibrationProblem {
     }
   }
 
-  Matrix6d Weight(const OdometryLink& link) const {
-    return SquareRootInformation(LiftedCovariance(link.odometry, context_.odometry_noise));
+  Matrix6d Weight(const MotionLink& link) const {
+    return SquareRootInformation(LiftedCovariance(link.motion, context_.odometry_noise));
   }
 
   void AddMotions() {
     for (const auto& [id, keyframe] : map_.keyframes) {
       AddSway(id, keyframe);
       if (keyframe.odometry_link.has_value()) AddOdometry(id, keyframe, *keyframe.odometry_link);
-      for (const OdometryLink& link : keyframe.laser_links) AddLaser(id, keyframe, link);
+      for (const MotionLink& link : keyframe.laser_links) AddLaser(id, keyframe, link);
       const bool floor = context_.planar.mode != PlanarMode::kOff && keyframe.on_floor;
       if (floor) problem_->AddResidualBlock(&floor_, nullptr, BaseOf(id));
     }
@@ -185,7 +185,7 @@ class CalibrationProblem {
     problem_->AddResidualBlock(&sways_.back(), nullptr, PoseOf(id), BaseOf(id));
   }
 
-  void AddOdometry(KeyframeId id, const Keyframe& keyframe, const OdometryLink& link) {
+  void AddOdometry(KeyframeId id, const Keyframe& keyframe, const MotionLink& link) {
     const Timestamp from = map_.keyframes.At(link.from).stamp;
     std::vector<OdometryReading> around = Around(readings_, from, keyframe.stamp);
     if (around.size() < 2) return;
@@ -194,12 +194,12 @@ class CalibrationProblem {
   }
 
   // The sweeps were carried to their keyframes with the present offset.
-  void AddLaser(KeyframeId id, const Keyframe& keyframe, const OdometryLink& link) {
+  void AddLaser(KeyframeId id, const Keyframe& keyframe, const MotionLink& link) {
     const Timestamp from = map_.keyframes.At(link.from).stamp;
     ImageInstant i{Around(readings_, from, from), from},
         j{Around(readings_, keyframe.stamp, keyframe.stamp), keyframe.stamp};
     if (i.around.size() < 2 || j.around.size() < 2) return;
-    laser_.emplace_back(link.odometry.T_i_j, std::move(i), std::move(j), present_.odometry.time_offset, Weight(link));
+    laser_.emplace_back(link.motion.T_i_j, std::move(i), std::move(j), present_.odometry.time_offset, Weight(link));
     problem_->AddResidualBlock(&laser_.back(), &motion_loss_, BaseOf(link.from), BaseOf(id), Offset());
   }
 
@@ -226,13 +226,13 @@ class CalibrationProblem {
   const Map& map_;
   const std::vector<OdometryReading>& readings_;
   const SensorCorrection& present_;
-  const BundleContext& context_;
+  const MeasurementModel& context_;
   const CalibrationOptions& options_;
   std::vector<double> blocks_;
   PoseManifold pose_manifold_;
   ceres::SubsetManifold mount_manifold_{static_cast<int>(kMountSize), {2}};  // planar motion says nothing of z
   std::deque<MountedReprojectionFactor> reprojections_;                      // cost functions cannot be moved
-  std::deque<OdometryFactor<6>> sways_;
+  std::deque<RelativePoseFactor<6>> sways_;
   std::deque<OdometryCalibrationFactor> odometry_;
   std::deque<DelayedMotionFactor> laser_;
   std::deque<ceres::NormalPrior> priors_;
@@ -267,7 +267,7 @@ std::vector<std::string> SensorCorrection::Problems() const {
 }
 
 Expected<CalibrationResult> CalibrateMap(const Map& map, const std::vector<OdometryReading>& readings,
-                                         const SensorCorrection& present, const BundleContext& context,
+                                         const SensorCorrection& present, const MeasurementModel& context,
                                          const CalibrationOptions& options) {
   if (!map.metric) return Error{"calibration: the map has no scale, expected a metric one"};
   CalibrationProblem problem(map, readings, present, context, options);

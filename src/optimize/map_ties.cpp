@@ -4,8 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "planar_vslam/map/distance_driven.h"
 #include "planar_vslam/map/predicted_view.h"
-#include "planar_vslam/map/way.h"
 
 namespace planar_vslam {
 namespace {
@@ -16,38 +16,38 @@ constexpr std::size_t kMostNeighbors = 6;  // ties by landmarks, a keyframe
 constexpr int kMinShared = 12;
 
 // Covariance of (r, phi) in the frame of i, as links hold it, as one of the right tangent at j.
-Eigen::Matrix3d AtEnd(const OdometryLink& link, const Eigen::Matrix3d& covariance) {
+Eigen::Matrix3d AtEnd(const MotionLink& link, const Eigen::Matrix3d& covariance) {
   Eigen::Matrix3d B = Eigen::Matrix3d::Identity();
-  B.topLeftCorner<2, 2>() = link.odometry.T_i_j.R();
+  B.topLeftCorner<2, 2>() = link.motion.T_i_j.R();
   return B.transpose() * covariance * B;
 }
 
 // What one keyframe sees, and which ones before it see the same.
-struct Sight {
+struct SharedView {
   int landmarks = 0;
   double inverse_depths = 0.0;                       // 1/m, their sum
   std::vector<std::pair<int, std::size_t>> sharing;  // [landmarks in common, index in the map], most first
 };
 
 // Goes through the keyframes of a map, each by its index.
-class SightReader {
+class SharedViewReader {
  public:
-  explicit SightReader(const Map& map)
+  explicit SharedViewReader(const Map& map)
       : landmark_of_(map.next_landmark_id, nullptr), index_of_(map.next_keyframe_id), shared_(map.keyframes.size(), 0) {
     for (const auto& [id, landmark] : map.landmarks) landmark_of_[id.value] = &landmark;
     std::size_t index = 0;
     for (const auto& [id, keyframe] : map.keyframes) index_of_[id.value] = index++;
   }
 
-  Sight Read(KeyframeId id, const Keyframe& keyframe) {
+  SharedView Read(KeyframeId id, const Keyframe& keyframe) {
     constexpr double kNearest = 0.1;  // m
     const Rigid3 T_camera_map = keyframe.T_map_camera().Inverse();
-    Sight sight;
+    SharedView view;
     for (const LandmarkId landmark_id : keyframe.landmarks) {
       if (!landmark_id.valid()) continue;
       const Landmark& landmark = *landmark_of_[landmark_id.value];
-      ++sight.landmarks;
-      sight.inverse_depths += 1.0 / std::max(kNearest, (T_camera_map * landmark.p_map).z());
+      ++view.landmarks;
+      view.inverse_depths += 1.0 / std::max(kNearest, (T_camera_map * landmark.p_map).z());
       for (const Observation& o : landmark.observations) {
         if (!(o.keyframe < id)) break;  // in order of keyframes
         ++shared_[index_of_[o.keyframe.value]];
@@ -55,12 +55,12 @@ class SightReader {
     }
     for (std::size_t older = 0; older < index_of_[id.value]; ++older) {
       const int count = std::exchange(shared_[older], 0);
-      if (count >= kMinShared) sight.sharing.emplace_back(count, older);
+      if (count >= kMinShared) view.sharing.emplace_back(count, older);
     }
-    std::stable_sort(sight.sharing.begin(), sight.sharing.end(),
+    std::stable_sort(view.sharing.begin(), view.sharing.end(),
                      [](const auto& a, const auto& b) { return a.first > b.first; });
-    if (sight.sharing.size() > kMostNeighbors) sight.sharing.resize(kMostNeighbors);
-    return sight;
+    if (view.sharing.size() > kMostNeighbors) view.sharing.resize(kMostNeighbors);
+    return view;
   }
 
  private:
@@ -71,7 +71,7 @@ class SightReader {
 
 // Of a tie by `count` landmarks in common, the right tangent at the newer keyframe; `way` from there to the older one.
 Eigen::Matrix3d LandmarkCovariance(int count, int seen, double depth, const Eigen::Vector2d& way,
-                                   const BundleContext& context) {
+                                   const MeasurementModel& context) {
   const double n = count;
   const double heading = kSharedFactor * context.options.pixel_sigma / (context.camera.fx * std::sqrt(n)) * seen / n;
   const double position = depth * heading;
@@ -94,7 +94,7 @@ bool IsDoubtful(const Map& map, const Keyframe& from, const Keyframe& to, const 
   constexpr int kMuch = 40;               // landmarks
   constexpr double kHardlyAny = 0.1;      // of them
   if (to.features->keypoints.size() < kRichView) return false;
-  const Rigid3 T_map_camera = from.T_map_base * Embed3(to.odometry_link->odometry.T_i_j) * to.T_base_camera;
+  const Rigid3 T_map_camera = from.T_map_base * Embed3(to.odometry_link->motion.T_i_j) * to.T_base_camera;
   int expected = 0;
   PredictedView view;
   for (const LandmarkId id : from.landmarks) {
@@ -105,65 +105,65 @@ bool IsDoubtful(const Map& map, const Keyframe& from, const Keyframe& to, const 
 
 class TieCollector {
  public:
-  TieCollector(const Map& map, const BundleContext& context)
-      : map_(map), context_(context), way_(map), index_of_(map.next_keyframe_id) {
+  TieCollector(const Map& map, const MeasurementModel& context)
+      : map_(map), context_(context), driven_(map), index_of_(map.next_keyframe_id) {
     std::size_t index = 0;
     for (const auto& [id, keyframe] : map.keyframes) index_of_[id.value] = index++;
   }
 
   std::vector<MapTie> Collect() {
-    SightReader sights(map_);
+    SharedViewReader shared_views(map_);
     for (const auto& [id, keyframe] : map_.keyframes) {
       if (context_.options.use_odometry && keyframe.odometry_link.has_value()) AddWheels(id, keyframe);
-      for (const OdometryLink& link : keyframe.laser_links) Add(link, id, TieSource::kLaser);
-      AddLandmarks(id, keyframe, sights.Read(id, keyframe));
+      for (const MotionLink& link : keyframe.laser_links) Add(link, id, TieSource::kLaser);
+      AddLandmarks(id, keyframe, shared_views.Read(id, keyframe));
     }
     return std::move(ties_);
   }
 
  private:
-  MapTie& Add(const OdometryLink& link, KeyframeId to, TieSource source) {
-    const Eigen::Matrix3d covariance = AtEnd(link, CovarianceWithFloor(link.odometry, context_.odometry_noise));
+  MapTie& Add(const MotionLink& link, KeyframeId to, TieSource source) {
+    const Eigen::Matrix3d covariance = AtEnd(link, CovarianceWithFloor(link.motion, context_.odometry_noise));
     ties_.push_back({index_of_[link.from.value], index_of_[to.value], covariance, source});
     return ties_.back();
   }
 
   void AddWheels(KeyframeId id, const Keyframe& keyframe) {
-    const OdometryLink& link = *keyframe.odometry_link;
+    const MotionLink& link = *keyframe.odometry_link;
     MapTie& tie = Add(link, id, TieSource::kWheels);
     const bool laser_agrees = std::any_of(keyframe.laser_links.begin(), keyframe.laser_links.end(),
-                                          [&link](const OdometryLink& l) { return l.from == link.from; });
+                                          [&link](const MotionLink& l) { return l.from == link.from; });
     if (laser_agrees || !IsDoubtful(map_, map_.keyframes.At(link.from), keyframe, context_.camera)) return;
-    constexpr double kCarried = 5.0;  // m
+    constexpr double kKidnapped = 5.0;  // m
     constexpr double kTurned = DegreesToRadians(90.0);
-    tie.covariance = Eigen::Vector3d(kCarried, kCarried, kTurned).cwiseAbs2().asDiagonal();
+    tie.covariance = Eigen::Vector3d(kKidnapped, kKidnapped, kTurned).cwiseAbs2().asDiagonal();
     tie.doubtful = true;
   }
 
-  void AddLandmarks(KeyframeId id, const Keyframe& keyframe, const Sight& sight) {
+  void AddLandmarks(KeyframeId id, const Keyframe& keyframe, const SharedView& view) {
     const std::size_t newer = index_of_[id.value];
     const Rigid2 T_newer_map = ProjectToPlane(keyframe.T_map_base).Inverse();
-    const double depth = sight.landmarks / sight.inverse_depths;
-    const bool has_returned = way_.HasReturned(keyframe);
-    for (const auto& [count, older] : sight.sharing) {
+    const double depth = view.landmarks / view.inverse_depths;
+    const bool has_returned = driven_.HasReturned(keyframe);
+    for (const auto& [count, older] : view.sharing) {
       const auto& [older_id, other] = *(map_.keyframes.begin() + static_cast<std::ptrdiff_t>(older));
-      if (!has_returned && way_.Between(older_id, id) > Way::kReturn) continue;
+      if (!has_returned && driven_.Between(older_id, id) > DistanceDriven::kReturn) continue;
       const Eigen::Vector2d way = (T_newer_map * ProjectToPlane(other.T_map_base)).translation;
       ties_.push_back(
-          {older, newer, LandmarkCovariance(count, sight.landmarks, depth, way, context_), TieSource::kLandmarks});
+          {older, newer, LandmarkCovariance(count, view.landmarks, depth, way, context_), TieSource::kLandmarks});
     }
   }
 
   const Map& map_;
-  const BundleContext& context_;
-  Way way_;
+  const MeasurementModel& context_;
+  DistanceDriven driven_;
   std::vector<std::size_t> index_of_;  // by id
   std::vector<MapTie> ties_;
 };
 
 }  // namespace
 
-std::vector<MapTie> TiesOf(const Map& map, const BundleContext& context) {
+std::vector<MapTie> TiesOf(const Map& map, const MeasurementModel& context) {
   return TieCollector(map, context).Collect();
 }
 

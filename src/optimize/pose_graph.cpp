@@ -6,13 +6,13 @@
 #include <deque>
 
 #include "planar_vslam/geometry/tangent_parts.h"
-#include "planar_vslam/planar/odometry_factor.h"
 #include "planar_vslam/planar/pose_manifold.h"
+#include "planar_vslam/planar/relative_pose_factor.h"
 
 namespace planar_vslam {
 namespace {
 
-OdometryFactor<3>::Weight WeightOnFloor(const Eigen::Matrix3d& covariance) {
+RelativePoseFactor<3>::Weight WeightOnFloor(const Eigen::Matrix3d& covariance) {
   Matrix6d lifted = Matrix6d::Identity();
   lifted(kPlanarRows, kPlanarRows) = covariance;
   return SquareRootInformation(lifted)(kPlanarRows, Eigen::all);
@@ -37,7 +37,7 @@ class PoseGraph {
   void AddLoop(const LoopTie& loop) { Add(IndexOf(loop.from), IndexOf(loop.to), loop.T_from_to, loop.covariance); }
 
   // Everything from `first` on starts moved so that the loop is closed.
-  void CarryFrom(std::size_t first, const LoopTie& loop) {
+  void MoveFrom(std::size_t first, const LoopTie& loop) {
     const std::size_t to = IndexOf(loop.to);
     const Rigid2 T_new_old = before_[IndexOf(loop.from)] * loop.T_from_to * before_[to].Inverse();
     for (std::size_t k = first; k < ids_.size(); ++k) Start(k, T_new_old * before_[k]);
@@ -78,7 +78,7 @@ class PoseGraph {
   }
 
   FloorPoseManifold manifold_;
-  std::deque<OdometryFactor<3>> factors_;  // cost functions cannot be moved
+  std::deque<RelativePoseFactor<3>> factors_;  // cost functions cannot be moved
   std::vector<KeyframeId> ids_;
   std::vector<Rigid2> before_;
   std::vector<double> blocks_;
@@ -94,11 +94,11 @@ std::vector<std::pair<KeyframeId, Rigid3>> SolvePoseGraph(const Map& map, const 
   for (const LoopTie& loop : loops) graph.AddLoop(loop);
   if (!loops.empty()) {
     const std::size_t from = graph.IndexOf(loops.front().from), to = graph.IndexOf(loops.front().to);
-    std::size_t carried = 0;
+    std::size_t after_kidnap = 0;
     for (const MapTie& tie : ties) {
-      if (tie.doubtful && from < tie.j && tie.j <= to) carried = std::max(carried, tie.j);
+      if (tie.doubtful && from < tie.j && tie.j <= to) after_kidnap = std::max(after_kidnap, tie.j);
     }
-    if (carried > 0) graph.CarryFrom(carried, loops.front());
+    if (after_kidnap > 0) graph.MoveFrom(after_kidnap, loops.front());
   }
   std::vector<std::pair<KeyframeId, Rigid3>> poses;
   if (!graph.Solve()) return poses;

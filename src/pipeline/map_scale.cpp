@@ -13,25 +13,25 @@ namespace {
 
 double Hypotenuse(double a, double b) { return std::sqrt(a * a + b * b); }
 
-std::optional<ScaleEvidence> FromLaser(const Map& map, const ScaleOptions& options) {
+std::optional<ScaleMeasurement> FromLaser(const Map& map, const ScaleOptions& options) {
   constexpr double kShortest = 0.1;  // m
   double weights = 0.0, sum = 0.0;
   for (const auto& [id, keyframe] : map.keyframes) {
-    for (const OdometryLink& link : keyframe.laser_links) {
-      const double measured = link.odometry.T_i_j.translation.norm();
+    for (const MotionLink& link : keyframe.laser_links) {
+      const double measured = link.motion.T_i_j.translation.norm();
       const Rigid3 T_i_j = map.keyframes.At(link.from).T_map_base.Inverse() * keyframe.T_map_base;
       if (measured < kShortest || T_i_j.translation.norm() < kShortest) continue;
-      const double variance = link.odometry.covariance.topLeftCorner<2, 2>().trace() / (measured * measured);
+      const double variance = link.motion.covariance.topLeftCorner<2, 2>().trace() / (measured * measured);
       if (!(variance > 0.0)) continue;
       sum += std::log(measured / T_i_j.translation.norm()) / variance;
       weights += 1.0 / variance;
     }
   }
   if (!(weights > 0.0)) return std::nullopt;
-  return ScaleEvidence{sum / weights, Hypotenuse(options.systematic.laser, 1.0 / std::sqrt(weights))};
+  return ScaleMeasurement{sum / weights, Hypotenuse(options.systematic.laser, 1.0 / std::sqrt(weights))};
 }
 
-std::optional<ScaleEvidence> FromFloor(const Map& map, const ScaleOptions& options) {
+std::optional<ScaleMeasurement> FromFloor(const Map& map, const ScaleOptions& options) {
   constexpr std::size_t kMinObservations = 3;
   constexpr double kPointSigma = 0.03;  // m, how well one landmark shows the floor
   std::vector<Eigen::Vector3d> points;
@@ -45,10 +45,10 @@ std::optional<ScaleEvidence> FromFloor(const Map& map, const ScaleOptions& optio
   if (height < kLowest) return std::nullopt;
   const double sigma =
       Hypotenuse(options.height_sigma, kPointSigma / std::sqrt(static_cast<double>(floor.indices.size())));
-  return ScaleEvidence{floor.level / height, sigma / height};
+  return ScaleMeasurement{floor.level / height, sigma / height};
 }
 
-bool Consistent(const std::vector<ScaleEvidence>& sources) {
+bool Consistent(const std::vector<ScaleMeasurement>& sources) {
   constexpr double kSigmas = 3.0;
   for (std::size_t i = 0; i < sources.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) {
@@ -86,7 +86,7 @@ std::vector<LeverArmSample> LinkedTrack(const Map& map) {
       samples.clear();
       T_odom_base = Rigid2();
     } else {
-      T_odom_base = T_odom_base * keyframe.odometry_link->odometry.T_i_j;
+      T_odom_base = T_odom_base * keyframe.odometry_link->motion.T_i_j;
     }
     samples.push_back({keyframe.T_map_camera(), keyframe.T_base_camera, T_odom_base});
     before = id;
@@ -97,10 +97,10 @@ std::vector<LeverArmSample> LinkedTrack(const Map& map) {
 MapScale AssessScale(const Map& map, const ScaleOptions& options) {
   MapScale scale;
   scale.track = EstimateScale(LinkedTrack(map));
-  std::vector<ScaleEvidence> sources;
+  std::vector<ScaleMeasurement> sources;
   if (scale.track.has_value()) {
     scale.wheels =
-        ScaleEvidence{std::log(scale.track->scale), Hypotenuse(options.systematic.wheels, scale.track->sigma)};
+        ScaleMeasurement{std::log(scale.track->scale), Hypotenuse(options.systematic.wheels, scale.track->sigma)};
     sources.push_back(*scale.wheels);
   }
   if (map.metric) {

@@ -40,7 +40,7 @@ std::vector<Eigen::Vector2d> DrivenLine(const Map& map, const Keyframe& keyframe
   const Eigen::Vector2d from = map.keyframes.At(keyframe.odometry_link->from).T_map_base.translation.head<2>();
   const Eigen::Vector2d to = keyframe.T_map_base.translation.head<2>();
   const double chord = (to - from).norm();
-  if (keyframe.odometry_link->odometry.distance > kStraight * chord + kTurnOnTheSpot) return {};
+  if (keyframe.odometry_link->motion.distance > kStraight * chord + kTurnOnTheSpot) return {};
   const int steps = static_cast<int>(chord / kStep);
   std::vector<Eigen::Vector2d> line;
   for (int i = 1; i <= steps; ++i) line.emplace_back(from + (to - from) * (i * kStep / chord));

@@ -16,8 +16,9 @@ class Stopwatch {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-BundleContext MakeBundleContext(const PipelineOptions& options, const CameraModel& camera, bool has_base_transform) {
-  BundleContext context{camera, options.odometry_noise, options.planar, options.bundle};
+MeasurementModel MakeMeasurementModel(const PipelineOptions& options, const CameraModel& camera,
+                                      bool has_base_transform) {
+  MeasurementModel context{camera, options.odometry_noise, options.planar, options.bundle};
   if (!has_base_transform) context.planar.mode = PlanarMode::kOff;  // nothing is known about a floor
   return context;
 }
@@ -36,7 +37,7 @@ FrameState ToState(TrackStatus status) {
   return FrameState::kLost;
 }
 
-std::optional<PreintegratedOdometry> Step(const FramePacket& packet, const OdometryNoise& noise) {
+std::optional<PlanarMotion> Step(const FramePacket& packet, const OdometryNoise& noise) {
   if (packet.odometry.empty()) return std::nullopt;
   return Preintegrate(packet.odometry, noise);
 }
@@ -70,7 +71,7 @@ SlamSystem::SlamSystem(const PipelineOptions& options, const CameraModel& camera
                        Schedule schedule)
     : options_(options),
       camera_(camera),
-      bundle_(MakeBundleContext(options, camera, has_base_transform)),
+      bundle_(MakeMeasurementModel(options, camera, has_base_transform)),
       extractor_(options.orb, camera),
       initializer_(options.initializer, bundle_, options.orb.ScaleFactors()),
       tracker_({camera, options.odometry_noise, bundle_.planar, options.tracker}) {
@@ -134,7 +135,7 @@ FrameReport SlamSystem::Process(const FramePacket& packet) {
   report.stamp = packet.image.stamp;
   const FrameFeaturesPtr features = Extract(&extractor_, packet, map_ == nullptr, options_.orb.feature_count);
   report.extract_ms = total.Milliseconds();
-  const std::optional<PreintegratedOdometry> step = Step(packet, options_.odometry_noise);
+  const std::optional<PlanarMotion> step = Step(packet, options_.odometry_noise);
   if (step.has_value()) distance_ += step->distance;
   if (step.has_value()) ++(step->modelled ? report_.odometry_by_model : report_.odometry_by_messages);
   if (map_ == nullptr) {
@@ -148,7 +149,7 @@ FrameReport SlamSystem::Process(const FramePacket& packet) {
 }
 
 void SlamSystem::Initialize(const FramePacket& packet, const FrameFeaturesPtr& features,
-                            const std::optional<PreintegratedOdometry>& step, FrameReport* report) {
+                            const std::optional<PlanarMotion>& step, FrameReport* report) {
   before_map_.push_back({packet.image.stamp, packet.T_base_camera, step});
   InitializerReport initial = initializer_.Add({packet.image.stamp, features, packet.T_base_camera, step});
   report->waiting_for = initial.waiting_for;
@@ -156,7 +157,7 @@ void SlamSystem::Initialize(const FramePacket& packet, const FrameFeaturesPtr& f
   map_ = std::make_shared<const Map>(std::move(*initial.map));
   const auto& [id, keyframe] = *std::prev(map_->keyframes.end());
   tracker_.Start(*map_, id);
-  if (step.has_value()) since_keyframe_ = PreintegratedOdometry{};
+  if (step.has_value()) since_keyframe_ = PlanarMotion{};
   report_.initialized = packet.image.stamp;
   report_.keyframes_made = 2;
   PlaceEarlyFrames();
@@ -164,7 +165,7 @@ void SlamSystem::Initialize(const FramePacket& packet, const FrameFeaturesPtr& f
   report->keyframe = true;
   report->T_map_base = keyframe.T_map_base;
   report->covariance =
-      LiftedCovariance(keyframe.odometry_link.has_value() ? keyframe.odometry_link->odometry : PreintegratedOdometry{},
+      LiftedCovariance(keyframe.odometry_link.has_value() ? keyframe.odometry_link->motion : PlanarMotion{},
                        options_.odometry_noise) +
       CovarianceOfMapAt(keyframe.T_map_base);
   report->metric = map_->metric;
@@ -210,7 +211,7 @@ void SlamSystem::PlaceFramesBefore(const TrackResult& result) {
 }
 
 void SlamSystem::TrackFrame(const FramePacket& packet, const FrameFeaturesPtr& features,
-                            const std::optional<PreintegratedOdometry>& step, FrameReport* report) {
+                            const std::optional<PlanarMotion>& step, FrameReport* report) {
   CollectMapping(false);
   report->metric = map_->metric;  // of the map the pose is found in: scale may be recovered before this frame is done
   const Stopwatch tracking;
@@ -255,7 +256,7 @@ void SlamSystem::TrackFrame(const FramePacket& packet, const FrameFeaturesPtr& f
 }
 
 // Odometry since the last keyframe; where the wheels slipped it counts for less, and the slip is counted once.
-void SlamSystem::AddSinceKeyframe(const std::optional<PreintegratedOdometry>& step, const TrackResult& result) {
+void SlamSystem::AddSinceKeyframe(const std::optional<PlanarMotion>& step, const TrackResult& result) {
   if (!step.has_value() || !since_keyframe_.has_value()) {
     since_keyframe_.reset();
     return;
@@ -280,7 +281,7 @@ void SlamSystem::Propose(const FramePacket& packet, const FrameFeaturesPtr& feat
   proposal.sweeps = sweeps_.Take(*map_, trajectory_, result.status != TrackStatus::kOdometry);
   sightings_ = CountSightings{};
   since_keyframe_.reset();
-  if (!packet.odometry.empty() || packet.T_odom_base.has_value()) since_keyframe_ = PreintegratedOdometry{};
+  if (!packet.odometry.empty() || packet.T_odom_base.has_value()) since_keyframe_ = PlanarMotion{};
 
   auto task = std::make_shared<std::packaged_task<MappingOutcome()>>(
       [snapshot = map_, proposal = std::move(proposal),
@@ -317,7 +318,7 @@ void SlamSystem::Finish() {
   const std::vector<AddSweeps> sweeps = sweeps_.Take(*map_, trajectory_, true);
   if (!sweeps.empty()) map_ = std::make_shared<const Map>(Apply(*map_, MapEdit(sweeps.begin(), sweeps.end())));
   if (!options_.final_bundle_adjustment) return;
-  BundleContext context = bundle_;
+  MeasurementModel context = bundle_;
   constexpr int kFinalIterations = 30;
   context.options.max_iterations = std::max(context.options.max_iterations, kFinalIterations);
   MappingOutcome outcome = AdjustWholeMap(*map_, context);

@@ -22,7 +22,7 @@ class Driver {
 
   KeyframeId Add(const Rigid3& T_map_base, const Rigid2& by_wheels, FrameFeaturesPtr features) {
     const KeyframeId id{map_.next_keyframe_id};
-    PreintegratedOdometry step;
+    PlanarMotion step;
     step.T_i_j = by_wheels;
     step.covariance = IncrementCovariance(world_.odometry_noise, by_wheels);
     Keyframe keyframe;
@@ -31,7 +31,7 @@ class Driver {
     keyframe.T_base_camera = world_.T_base_camera;
     keyframe.features = std::move(features);
     keyframe.landmarks.resize(keyframe.features->keypoints.size());
-    keyframe.odometry_link = OdometryLink{newest(), step};
+    keyframe.odometry_link = MotionLink{newest(), step};
     map_ = Apply(std::move(map_), {AddKeyframe{id, keyframe}});
     return id;
   }
@@ -124,7 +124,7 @@ class LoopTest : public ::testing::Test {
   static double Distance(const Rigid3& a, const Rigid3& b) { return (a.translation - b.translation).norm(); }
 
   test::SyntheticWorld world_;
-  BundleContext context_;
+  MeasurementModel context_;
 };
 
 const Rigid3 kDrift = Embed3(Rigid2(0.12, -0.1, 0.03));

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <map>
 
-#include "planar_vslam/backend/local_mapper.h"
+#include "planar_vslam/backend/map_keyframe.h"
 #include "support/synthetic_map.h"
 
 namespace planar_vslam {
@@ -18,7 +18,7 @@ class MapKeyframeTest : public ::testing::Test {
     options.pixel_noise = 0.3;
     world_ = test::MakeSyntheticWorld(options);
     map_ = world_.map;
-    context_.bundle = world_.Context();
+    context_.model = world_.Context();
     context_.options.redundancy = 1.0;  // no keyframe is culled unless a test asks for it
   }
 
@@ -227,8 +227,8 @@ TEST_F(MapKeyframeTest, CullsARedundantKeyframeAndBridgesItsOdometry) {
   EXPECT_EQ(later.odometry_link->from, KeyframeId{culled.id.value - 1});
   const Rigid2 truth =
       ProjectToPlane(world_.true_poses[culled.id.value - 1].Inverse() * world_.true_poses[culled.id.value + 1]);
-  EXPECT_LT((later.odometry_link->odometry.T_i_j.translation - truth.translation).norm(), 1e-9);
-  EXPECT_NEAR(later.odometry_link->odometry.T_i_j.angle, truth.angle, 1e-9);
+  EXPECT_LT((later.odometry_link->motion.T_i_j.translation - truth.translation).norm(), 1e-9);
+  EXPECT_NEAR(later.odometry_link->motion.T_i_j.angle, truth.angle, 1e-9);
 }
 
 TEST_F(MapKeyframeTest, KeepsKeyframesThatSeeWhatNoOtherDoes) {
@@ -324,14 +324,14 @@ TEST_F(MapKeyframeTest, AManyKeyframeDriveStaysSoundAndAccurate) {
 
 TEST_F(MapKeyframeTest, WholeMapAdjustmentPullsAPerturbedMapToTheTruth) {
   const Map perturbed = test::Perturbed(world_, 0.02, 0.005, 0.03, 11);
-  const MappingOutcome outcome = AdjustWholeMap(perturbed, context_.bundle);
+  const MappingOutcome outcome = AdjustWholeMap(perturbed, context_.model);
   EXPECT_TRUE(Validate(outcome.map).empty());
   EXPECT_TRUE(outcome.report.bundle.converged);
   EXPECT_LT(MeanPositionError(outcome.map), 0.2 * MeanPositionError(perturbed));
 }
 
-TEST(LocalMapperOptions, NameWhatIsWrong) {
-  LocalMapperOptions options;
+TEST(MapperOptions, NameWhatIsWrong) {
+  MapperOptions options;
   EXPECT_TRUE(options.Problems().empty());
   options.window = 0;
   options.redundancy = 1.5;

@@ -77,8 +77,7 @@ TEST_F(InitializerTest, OdometryMakesAMetricMapOfTheFirstPairWithABaseline) {
             0.05 * T_first_second.translation.norm());
   ASSERT_TRUE(second.odometry_link.has_value());
   EXPECT_EQ(second.odometry_link->from, KeyframeId{0});
-  EXPECT_LT((second.odometry_link->odometry.T_i_j.translation - ProjectToPlane(T_first_second).translation).norm(),
-            1e-9);
+  EXPECT_LT((second.odometry_link->motion.T_i_j.translation - ProjectToPlane(T_first_second).translation).norm(), 1e-9);
   std::vector<double> errors;
   for (const auto& [id, landmark] : map.landmarks) {
     const Eigen::Vector3d truth = T_map_first.Inverse() * Truth(landmark);

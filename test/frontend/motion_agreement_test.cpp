@@ -29,7 +29,7 @@ class MotionAgreementTest : public ::testing::Test {
     Map wrong = map;
     MapEdit edit;
     Keyframe keyframe = std::prev(map.keyframes.end())->second;
-    keyframe.odometry_link->odometry.T_i_j = keyframe.odometry_link->odometry.T_i_j * error;
+    keyframe.odometry_link->motion.T_i_j = keyframe.odometry_link->motion.T_i_j * error;
     wrong.keyframes.At(std::prev(map.keyframes.end())->first).odometry_link = keyframe.odometry_link;
     return SquaredMotionDisagreement(wrong, world.Context());
   }
@@ -50,7 +50,7 @@ TEST_F(MotionAgreementTest, TrueMotionAgreesWhateverTheScale) {
 TEST_F(MotionAgreementTest, AnotherLengthAgreesAnotherTurnOrDirectionDoesNot) {
   const test::SyntheticWorld world = test::MakeSyntheticWorld({});
   const Map map = TwoViews(world, 0.3);
-  const Rigid2 way = std::prev(map.keyframes.end())->second.odometry_link->odometry.T_i_j;
+  const Rigid2 way = std::prev(map.keyframes.end())->second.odometry_link->motion.T_i_j;
   EXPECT_LT(Disagreement(map, world, Rigid2(0.1 * way.translation, 0.0)), kChi2FiveDof999);
   EXPECT_GT(Disagreement(map, world, Rigid2(0.0, 0.0, DegreesToRadians(8.0))), kChi2FiveDof999);
   EXPECT_GT(Disagreement(map, world, Rigid2(-2.0 * way.translation, 0.0)), kChi2FiveDof999);

@@ -22,7 +22,7 @@ class MapEditTest : public testing::Test {
     MapEdit edit;
     for (std::uint32_t i = 0; i < 4; ++i) {
       Keyframe keyframe = RandomKeyframe(generator_, 8);
-      if (i > 0) keyframe.odometry_link = OdometryLink{K(i - 1), RandomOdometry(generator_)};
+      if (i > 0) keyframe.odometry_link = MotionLink{K(i - 1), RandomOdometry(generator_)};
       edit.push_back(AddKeyframe{K(i), keyframe});
     }
     edit.push_back(AddLandmark{L(0), LandmarkSeenBy(generator_, {K(0), K(1), K(2), K(3)}, 0)});
@@ -40,7 +40,7 @@ class MapEditTest : public testing::Test {
   LandmarkId At(std::uint32_t keyframe, std::uint32_t keypoint) const {
     return map_.keyframes.At(K(keyframe)).landmarks.at(keypoint);
   }
-  Rigid2 Link(std::uint32_t keyframe) const { return map_.keyframes.At(K(keyframe)).odometry_link->odometry.T_i_j; }
+  Rigid2 Link(std::uint32_t keyframe) const { return map_.keyframes.At(K(keyframe)).odometry_link->motion.T_i_j; }
 
   std::mt19937 generator_{11};
   Map map_;
@@ -62,7 +62,7 @@ TEST_F(MapEditTest, AddKeyframeConnectsTheLandmarksItRefersTo) {
 
 TEST_F(MapEditTest, AddKeyframeDropsALinkFromAKeyframeThatIsGone) {
   AddKeyframe step{K(4), RandomKeyframe(generator_, 8)};
-  step.keyframe.odometry_link = OdometryLink{K(3), RandomOdometry(generator_)};
+  step.keyframe.odometry_link = MotionLink{K(3), RandomOdometry(generator_)};
   Change({EraseKeyframe{K(3)}, step});
   EXPECT_FALSE(map_.keyframes.At(K(4)).odometry_link.has_value());
 }
@@ -142,18 +142,18 @@ TEST_F(MapEditTest, OdometryIsRecomposedAcrossErasedKeyframes) {
        {MapEdit{EraseKeyframe{K(1)}, EraseKeyframe{K(2)}}, MapEdit{EraseKeyframe{K(2)}, EraseKeyframe{K(1)}}}) {
     const Map culled = Apply(map_, order);
     EXPECT_EQ(Validate(culled), kSound);
-    const OdometryLink& link = culled.keyframes.At(K(3)).odometry_link.value();
+    const MotionLink& link = culled.keyframes.At(K(3)).odometry_link.value();
     EXPECT_EQ(link.from, K(0));
-    EXPECT_NEAR((link.odometry.T_i_j.translation - T_0_3.translation).norm(), 0.0, 1e-12);
-    EXPECT_NEAR(WrapAngle(link.odometry.T_i_j.angle - T_0_3.angle), 0.0, 1e-12);
-    EXPECT_NEAR(link.odometry.seconds, 3 * 0.5, 1e-12);
-    EXPECT_GT(link.odometry.covariance(0, 0), map_.keyframes.At(K(3)).odometry_link->odometry.covariance(0, 0));
+    EXPECT_NEAR((link.motion.T_i_j.translation - T_0_3.translation).norm(), 0.0, 1e-12);
+    EXPECT_NEAR(WrapAngle(link.motion.T_i_j.angle - T_0_3.angle), 0.0, 1e-12);
+    EXPECT_NEAR(link.motion.seconds, 3 * 0.5, 1e-12);
+    EXPECT_GT(link.motion.covariance(0, 0), map_.keyframes.At(K(3)).odometry_link->motion.covariance(0, 0));
   }
 }
 
 TEST_F(MapEditTest, EveryLinkToAnErasedKeyframeIsRecomposed) {
   AddKeyframe branch{K(4), RandomKeyframe(generator_, 8)};
-  branch.keyframe.odometry_link = OdometryLink{K(2), RandomOdometry(generator_)};
+  branch.keyframe.odometry_link = MotionLink{K(2), RandomOdometry(generator_)};
   Change({branch});
   const Rigid2 T_1_3 = Link(2) * Link(3), T_1_4 = Link(2) * Link(4);
   Change({EraseKeyframe{K(2)}});
@@ -299,31 +299,31 @@ TEST_F(MapEditTest, SweepsForAKeyframeThatIsGoneArePassedOver) {
 }
 
 TEST_F(MapEditTest, LaserLinksGoAcrossAnErasedKeyframe) {
-  const PreintegratedOdometry to_1 = RandomOdometry(generator_), to_2 = RandomOdometry(generator_),
-                              to_3 = RandomOdometry(generator_);
+  const PlanarMotion to_1 = RandomOdometry(generator_), to_2 = RandomOdometry(generator_),
+                     to_3 = RandomOdometry(generator_);
   Change(
       {AddLaserLinks{K(1), {{K(0), to_1}}}, AddLaserLinks{K(2), {{K(1), to_2}}}, AddLaserLinks{K(3), {{K(1), to_3}}}});
   Change({EraseKeyframe{K(1)}});
   for (const auto& [id, step] : {std::pair(K(2), to_2), std::pair(K(3), to_3)}) {
-    const std::vector<OdometryLink>& links = map_.keyframes.At(id).laser_links;
+    const std::vector<MotionLink>& links = map_.keyframes.At(id).laser_links;
     ASSERT_EQ(links.size(), 1U);
     EXPECT_EQ(links[0].from, K(0));
-    EXPECT_LT(LogSe2((to_1.T_i_j * step.T_i_j).Inverse() * links[0].odometry.T_i_j).norm(), 1e-12);
+    EXPECT_LT(LogSe2((to_1.T_i_j * step.T_i_j).Inverse() * links[0].motion.T_i_j).norm(), 1e-12);
   }
   Change({EraseKeyframe{K(0)}});
   EXPECT_TRUE(map_.keyframes.At(K(2)).laser_links.empty()) << "nothing to continue from";
 }
 
 TEST_F(MapEditTest, LaserLinksThatCannotBeArePassedOver) {
-  const PreintegratedOdometry step = RandomOdometry(generator_);
+  const PlanarMotion step = RandomOdometry(generator_);
   Change({AddLaserLinks{
       K(2),
       {{K(1), step}, {K(0), step}, {K(1), RandomOdometry(generator_)}, {K(2), step}, {K(3), step}, {K(9), step}}}});
-  const std::vector<OdometryLink>& links = map_.keyframes.At(K(2)).laser_links;
+  const std::vector<MotionLink>& links = map_.keyframes.At(K(2)).laser_links;
   ASSERT_EQ(links.size(), 2U);
   EXPECT_EQ(links[0].from, K(0));
   EXPECT_EQ(links[1].from, K(1));
-  EXPECT_EQ(links[1].odometry.T_i_j.angle, step.T_i_j.angle) << "the first one stays";
+  EXPECT_EQ(links[1].motion.T_i_j.angle, step.T_i_j.angle) << "the first one stays";
 }
 
 }  // namespace

@@ -56,8 +56,8 @@ Keyframe RandomKeyframe(std::mt19937& generator, std::size_t keypoints) {
   return keyframe;
 }
 
-PreintegratedOdometry RandomOdometry(std::mt19937& generator) {
-  PreintegratedOdometry odometry;
+PlanarMotion RandomOdometry(std::mt19937& generator) {
+  PlanarMotion odometry;
   odometry.T_i_j = RandomRigid2(generator, 1.0);
   odometry.covariance.diagonal() << 1e-4, 2e-4, 3e-4;
   odometry.distance = odometry.T_i_j.translation.norm();
@@ -80,7 +80,7 @@ Map RandomMap(std::mt19937& generator, std::size_t keyframes, std::size_t landma
   MapEdit edit;
   for (std::uint32_t i = 0; i < keyframes; ++i) {
     Keyframe keyframe = RandomKeyframe(generator, landmarks);
-    if (i > 0) keyframe.odometry_link = OdometryLink{K(i - 1), RandomOdometry(generator)};
+    if (i > 0) keyframe.odometry_link = MotionLink{K(i - 1), RandomOdometry(generator)};
     if (i > 1) keyframe.laser_links = {{K(i - 2), RandomOdometry(generator)}, {K(i - 1), RandomOdometry(generator)}};
     edit.push_back(AddKeyframe{K(i), keyframe});
   }
@@ -161,7 +161,7 @@ MapEditStep RandomEditor::RandomStep() {
 MapEditStep RandomEditor::NewKeyframe() {
   AddKeyframe step{K(next_keyframe_++), RandomKeyframe(generator_, kKeypoints)};
   if (generator_() % 4 != 0 && step.id.value > 0) {
-    step.keyframe.odometry_link = OdometryLink{AnyKeyframe(), RandomOdometry(generator_)};
+    step.keyframe.odometry_link = MotionLink{AnyKeyframe(), RandomOdometry(generator_)};
     if (!(step.keyframe.odometry_link->from < step.id)) step.keyframe.odometry_link.reset();
   }
   for (std::uint32_t k = 0; k < kKeypoints / 2; ++k) {  // the other half stays free for new landmarks
@@ -201,14 +201,14 @@ bool Equal(const Rigid3& a, const Rigid3& b) {
   return a.translation == b.translation && a.rotation.coeffs() == b.rotation.coeffs();
 }
 
-bool Equal(const OdometryLink& a, const OdometryLink& b) {
-  return a.from == b.from && a.odometry.T_i_j.translation == b.odometry.T_i_j.translation &&
-         a.odometry.T_i_j.angle == b.odometry.T_i_j.angle && a.odometry.covariance == b.odometry.covariance &&
-         a.odometry.distance == b.odometry.distance && a.odometry.turn == b.odometry.turn &&
-         a.odometry.seconds == b.odometry.seconds;
+bool Equal(const MotionLink& a, const MotionLink& b) {
+  return a.from == b.from && a.motion.T_i_j.translation == b.motion.T_i_j.translation &&
+         a.motion.T_i_j.angle == b.motion.T_i_j.angle && a.motion.covariance == b.motion.covariance &&
+         a.motion.distance == b.motion.distance && a.motion.turn == b.motion.turn &&
+         a.motion.seconds == b.motion.seconds;
 }
 
-bool Equal(const std::optional<OdometryLink>& a, const std::optional<OdometryLink>& b) {
+bool Equal(const std::optional<MotionLink>& a, const std::optional<MotionLink>& b) {
   if (!a || !b) return a.has_value() == b.has_value();
   return Equal(*a, *b);
 }

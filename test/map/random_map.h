@@ -20,7 +20,7 @@ FrameFeaturesPtr RandomFeatures(std::mt19937& generator, std::size_t keypoints);
 // At a random pose, observing nothing.
 LaserSweep RandomSweep(std::mt19937& generator);
 Keyframe RandomKeyframe(std::mt19937& generator, std::size_t keypoints);
-PreintegratedOdometry RandomOdometry(std::mt19937& generator);
+PlanarMotion RandomOdometry(std::mt19937& generator);
 
 // Landmark at a random place, observed at keypoint `keypoint` of each of `keyframes`, created by the last.
 Landmark LandmarkSeenBy(std::mt19937& generator, const std::vector<KeyframeId>& keyframes, std::uint32_t keypoint);

@@ -57,7 +57,7 @@ std::vector<Damage> Damages() {
        "odometry link from keyframe 99 that does not exist"},
       {"LinkToLater", [](Map* m) { AKeyframe(m).odometry_link->from = K(2); },
        "odometry link from keyframe 2 that is not earlier"},
-      {"LinkNotFinite", [](Map* m) { AKeyframe(m).odometry_link->odometry.covariance(1, 2) = kNan; },
+      {"LinkNotFinite", [](Map* m) { AKeyframe(m).odometry_link->motion.covariance(1, 2) = kNan; },
        "odometry link not finite"},
       {"LandmarkMissing", [](Map* m) { m->landmarks.Erase({L(0)}); }, "landmark 0 does not exist"},
       {"KeyframeMissing", [](Map* m) { m->keyframes.Erase({AnObservation(m).keyframe}); },

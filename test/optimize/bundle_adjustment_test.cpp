@@ -21,7 +21,7 @@ Rigid3 FromTilt(double roll, double pitch) { return {ExpSo3({roll, pitch, 0.0}),
 TEST(AdjustBundle, RecoversTruthFromPerturbedPosesAndPoints) {
   const test::SyntheticWorld world = test::MakeSyntheticWorld({});
   Map map = test::Perturbed(world, 0.02, 0.01, 0.05, 4);
-  BundleContext context = world.Context();
+  MeasurementModel context = world.Context();
   context.options.max_iterations = 50;
   const BundleResult result = AdjustBundle(map, WholeMapRequest(map), context);
   ASSERT_TRUE(result.converged) << result.message;
@@ -36,7 +36,7 @@ TEST(AdjustBundle, OdometryHoldsTheScale) {
   const test::SyntheticWorld world = test::MakeSyntheticWorld({});
   for (const bool use_odometry : {true, false}) {
     Map map = Apply(world.map, {TransformMap{1.1, Rigid3()}});
-    BundleContext context = world.Context();
+    MeasurementModel context = world.Context();
     context.planar.mode = PlanarMode::kOff;
     context.options.use_odometry = use_odometry;
     context.options.max_iterations = 50;
@@ -57,7 +57,7 @@ TEST(AdjustBundle, FloorPriorTakesOnlyKeyframesOnTheFloor) {
   const test::SyntheticWorld world = test::MakeSyntheticWorld(options);
   Map lifted =
       Apply(world.map, {TransformMap{1.0, Rigid3(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0, 0, 0.3))}});
-  BundleContext context = world.Context();
+  MeasurementModel context = world.Context();
   context.options.max_iterations = 50;
   BundleRequest request = WholeMapRequest(lifted);
   request.free_keyframes.insert(request.free_keyframes.begin(), request.fixed_keyframes.begin(),
@@ -79,7 +79,7 @@ class AdjustBundleOnFloor : public ::testing::TestWithParam<PlanarMode> {};
 TEST_P(AdjustBundleOnFloor, PutsFreePosesOnTheFloorAndRecoversTruth) {
   const test::SyntheticWorld world = test::MakeSyntheticWorld({});
   Map map = test::Perturbed(world, 0.02, 0.01, 0.05, 4);
-  BundleContext context = world.Context();
+  MeasurementModel context = world.Context();
   context.planar.mode = GetParam();
   context.options.max_iterations = 50;
   const BundleResult result = AdjustBundle(map, WholeMapRequest(map), context);
@@ -96,7 +96,7 @@ TEST_P(AdjustBundleOnFloor, LeavesReleasedKeyframesTheirSixDegreesOfFreedom) {
   const test::SyntheticWorld world = test::MakeSyntheticWorld({});
   Map ramp = Apply(world.map, {TransformMap{1.0, FromTilt(0.2, 0.1)}});
   for (auto& [id, keyframe] : ramp.keyframes) keyframe.on_floor = false;
-  BundleContext context = world.Context();
+  MeasurementModel context = world.Context();
   context.options.max_iterations = 50;
   context.planar.mode = PlanarMode::kOff;
   const BundleResult free = AdjustBundle(ramp, WholeMapRequest(ramp), context);
@@ -129,7 +129,7 @@ TEST(AdjustBundle, SwayMakesNoOutliersOfSe2Xyz) {
     }
     keyframe.features = features;
   }
-  BundleContext context = world.Context();
+  MeasurementModel context = world.Context();
   context.options.max_iterations = 50;
   context.planar.mode = PlanarMode::kSe2Xyz;
   const std::size_t inflated = AdjustBundle(map, WholeMapRequest(map), context).outliers.size();

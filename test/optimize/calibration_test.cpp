@@ -40,8 +40,8 @@ class CalibrationTest : public ::testing::Test {
     for (auto& [id, keyframe] : map_.keyframes) {
       keyframe.stamp = Stamp(x / kSpeed);
       // The laser measured the way from the keyframe before, in metres.
-      if (previous.has_value()) keyframe.laser_links = {{*previous, keyframe.odometry_link->odometry}};
-      for (OdometryLink& link : keyframe.laser_links) link.odometry.covariance = 1e-6 * Eigen::Matrix3d::Identity();
+      if (previous.has_value()) keyframe.laser_links = {{*previous, keyframe.odometry_link->motion}};
+      for (MotionLink& link : keyframe.laser_links) link.motion.covariance = 1e-6 * Eigen::Matrix3d::Identity();
       previous = id;
       x += options.step;
     }
@@ -79,7 +79,7 @@ class CalibrationTest : public ::testing::Test {
   }
 
   SyntheticWorld world_;
-  BundleContext context_;
+  MeasurementModel context_;
   Map map_;
 };
 

@@ -12,7 +12,7 @@ namespace {
 
 constexpr SystematicErrors kNone{1e-9, 1e-9};
 
-Eigen::Matrix3d KeyframeCovariance(const Map& map, KeyframeId id, const BundleContext& context,
+Eigen::Matrix3d KeyframeCovariance(const Map& map, KeyframeId id, const MeasurementModel& context,
                                    const SystematicErrors& systematic) {
   return MapUncertainty(map, TiesOf(map, context), systematic).CovarianceOf(id);
 }
@@ -28,33 +28,33 @@ Map Chain(int keyframes, const OdometryNoise& noise) {
     keyframe.T_map_base = Embed3(Rigid2(0.5 * k, 0.0, 0.0));
     keyframe.features = std::make_shared<const FrameFeatures>();
     if (k > 0) {
-      PreintegratedOdometry step;
+      PlanarMotion step;
       step.T_i_j = Rigid2(0.5, 0.0, 0.0);
       step.covariance = IncrementCovariance(noise, step.T_i_j);
-      keyframe.odometry_link = OdometryLink{KeyframeId{static_cast<std::uint32_t>(k - 1)}, step};
+      keyframe.odometry_link = MotionLink{KeyframeId{static_cast<std::uint32_t>(k - 1)}, step};
     }
     map = Apply(std::move(map), {AddKeyframe{KeyframeId{static_cast<std::uint32_t>(k)}, std::move(keyframe)}});
   }
   return map;
 }
 
-BundleContext Context() {
+MeasurementModel Context() {
   const test::SyntheticWorld world = test::MakeSyntheticWorld({});
   return world.Context();
 }
 
 TEST(KeyframeCovariance, IsNoneForTheOrigin) {
-  const BundleContext context = Context();
+  const MeasurementModel context = Context();
   EXPECT_TRUE(KeyframeCovariance(Chain(3, context.odometry_noise), KeyframeId{0}, context, kNone).isZero());
 }
 
 TEST(KeyframeCovariance, OfAChainIsThatOfItsComposedOdometry) {
-  const BundleContext context = Context();
+  const MeasurementModel context = Context();
   const Map map = Chain(9, context.odometry_noise);
-  PreintegratedOdometry sum;
+  PlanarMotion sum;
   for (const auto& [id, keyframe] : map.keyframes) {
     if (!keyframe.odometry_link.has_value()) continue;
-    PreintegratedOdometry step = keyframe.odometry_link->odometry;
+    PlanarMotion step = keyframe.odometry_link->motion;
     step.covariance = CovarianceWithFloor(step, context.odometry_noise);
     sum = Compose(sum, step);
     const Eigen::Matrix3d expected = sum.covariance;  // the way is straight: both ends have the same axes
@@ -64,7 +64,7 @@ TEST(KeyframeCovariance, OfAChainIsThatOfItsComposedOdometry) {
 }
 
 TEST(KeyframeCovariance, GrowsWithTheWayWhereWheelsReadWrongThroughout) {
-  const BundleContext context = Context();
+  const MeasurementModel context = Context();
   const Map map = Chain(9, context.odometry_noise);
   for (const auto& [id, keyframe] : map.keyframes) {
     const double along = KeyframeCovariance(map, id, context, {0.02, 1e-9})(0, 0) -
@@ -75,19 +75,19 @@ TEST(KeyframeCovariance, GrowsWithTheWayWhereWheelsReadWrongThroughout) {
 }
 
 TEST(KeyframeCovariance, FallsWithATieToAnOldPlace) {
-  const BundleContext context = Context();
+  const MeasurementModel context = Context();
   Map map = Chain(9, context.odometry_noise);
   const double before = KeyframeCovariance(map, KeyframeId{8}, context, kNone).trace();
-  PreintegratedOdometry closing;
+  PlanarMotion closing;
   closing.T_i_j = Rigid2(4.0, 0.0, 0.0);
   closing.covariance = 1e-6 * Eigen::Matrix3d::Identity();
-  map = Apply(std::move(map), {AddLaserLinks{KeyframeId{8}, {OdometryLink{KeyframeId{0}, closing}}}});
+  map = Apply(std::move(map), {AddLaserLinks{KeyframeId{8}, {MotionLink{KeyframeId{0}, closing}}}});
   EXPECT_LT(KeyframeCovariance(map, KeyframeId{8}, context, kNone).trace(), 0.1 * before);
 }
 
 TEST(KeyframeCovariance, IsPositiveDefiniteAndLandmarksOnlyLowerIt) {
   const test::SyntheticWorld world = test::MakeSyntheticWorld({});
-  const BundleContext context = world.Context();
+  const MeasurementModel context = world.Context();
   const KeyframeId last = std::prev(world.map.keyframes.end())->first;
   const Eigen::Matrix3d with = KeyframeCovariance(world.map, last, context, kNone);
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(with);
@@ -100,7 +100,7 @@ TEST(KeyframeCovariance, IsPositiveDefiniteAndLandmarksOnlyLowerIt) {
 }
 
 TEST(KeyframeCovariance, OfAKeyframeNothingTiesIsHuge) {
-  const BundleContext context = Context();
+  const MeasurementModel context = Context();
   Map map = Chain(2, context.odometry_noise);
   Keyframe alone;
   alone.stamp = Timestamp::FromSeconds(10);
@@ -110,7 +110,7 @@ TEST(KeyframeCovariance, OfAKeyframeNothingTiesIsHuge) {
 }
 
 TEST(MapUncertainty, OfTwoKeyframesIsThatOfTheWayBetweenThem) {
-  const BundleContext context = Context();
+  const MeasurementModel context = Context();
   const Map map = Chain(9, context.odometry_noise);
   const MapUncertainty uncertainty(map, TiesOf(map, context), kNone);
   const Eigen::Matrix3d half = uncertainty.CovarianceOf(KeyframeId{4});
@@ -127,7 +127,7 @@ Map Carried(const test::SyntheticWorld& world, std::size_t keypoints) {
   features->descriptors.resize(keypoints);
   features->grid = ImageGrid(features->keypoints);
   Keyframe keyframe = std::prev(world.map.keyframes.end())->second;
-  keyframe.odometry_link = OdometryLink{std::prev(world.map.keyframes.end())->first, PreintegratedOdometry{}};
+  keyframe.odometry_link = MotionLink{std::prev(world.map.keyframes.end())->first, PlanarMotion{}};
   keyframe.features = features;
   keyframe.landmarks.assign(keypoints, LandmarkId{});
   return Apply(world.map, {AddKeyframe{KeyframeId{world.map.next_keyframe_id}, keyframe}});

@@ -50,11 +50,10 @@ TEST(AssessScale, LaserAndWheelsThatDisagreeAreNamed) {
   const test::SyntheticWorld world = World(20);
   Map map = world.map;
   const auto second = std::next(world.map.keyframes.begin());
-  PreintegratedOdometry longer = second->second.odometry_link->odometry;
+  PlanarMotion longer = second->second.odometry_link->motion;
   longer.T_i_j.translation *= 1.1;
   longer.covariance = 1e-8 * Eigen::Matrix3d::Identity();
-  map =
-      Apply(std::move(map), {AddLaserLinks{second->first, {OdometryLink{world.map.keyframes.begin()->first, longer}}}});
+  map = Apply(std::move(map), {AddLaserLinks{second->first, {MotionLink{world.map.keyframes.begin()->first, longer}}}});
   const MapScale scale = AssessScale(map, ScaleOptions{});
   ASSERT_TRUE(scale.laser.has_value());
   EXPECT_NEAR(scale.laser->log_scale, std::log(1.1), 0.02);
@@ -70,7 +69,7 @@ TEST(AssessScale, WithoutOdometryNothingIsSaid) {
 MapScale Opinion(double log_scale, double sigma, double distance) {
   MapScale scale;
   scale.track = ScaleEstimate{std::exp(log_scale), sigma, distance, 30, 0};
-  scale.wheels = ScaleEvidence{log_scale, sigma};
+  scale.wheels = ScaleMeasurement{log_scale, sigma};
   scale.fused = scale.wheels;
   return scale;
 }

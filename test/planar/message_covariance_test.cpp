@@ -145,7 +145,7 @@ class ReadingsWithCovariance : public ::testing::Test {
 };
 
 TEST_F(ReadingsWithCovariance, ArePreintegratedWithIt) {
-  const PreintegratedOdometry sum = Preintegrate(Readings(kSteps), OdometryNoise());
+  const PlanarMotion sum = Preintegrate(Readings(kSteps), OdometryNoise());
   EXPECT_FALSE(sum.modelled);
   // What accumulates from an exact start, turned from the odometry frame into that of the first pose.
   const Eigen::Matrix3d P = Propagated(Eigen::Matrix3d::Zero()).back();
@@ -157,7 +157,7 @@ TEST_F(ReadingsWithCovariance, ArePreintegratedWithIt) {
 TEST_F(ReadingsWithCovariance, UseTheModelWhereTheOptionsSaySo) {
   OdometryNoise noise;
   noise.message_covariance = MessageCovarianceUse::kNever;
-  const PreintegratedOdometry sum = Preintegrate(Readings(kSteps), noise);
+  const PlanarMotion sum = Preintegrate(Readings(kSteps), noise);
   EXPECT_TRUE(sum.modelled);
   EXPECT_EQ(sum.covariance, Preintegrate(Readings(0), OdometryNoise()).covariance);
 }
@@ -170,7 +170,7 @@ TEST_F(ReadingsWithCovariance, AreModelledWhereAPartHasNone) {
 TEST_F(ReadingsWithCovariance, KeepItUnderTheAmclModel) {
   OdometryNoise noise;
   noise.model = OdometryNoiseModel::kAmcl;
-  const PreintegratedOdometry sum = Preintegrate(Readings(kSteps), noise);
+  const PlanarMotion sum = Preintegrate(Readings(kSteps), noise);
   EXPECT_EQ(sum.covariance, Preintegrate(Readings(kSteps), OdometryNoise()).covariance);
   EXPECT_EQ(OverWholeMotion(sum, noise).covariance, sum.covariance);
 }

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "factor_testing.h"
-#include "planar_vslam/planar/odometry_factor.h"
 #include "planar_vslam/planar/preintegration.h"
+#include "planar_vslam/planar/relative_pose_factor.h"
 
 namespace planar_vslam::test {
 namespace {

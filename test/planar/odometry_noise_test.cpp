@@ -101,7 +101,7 @@ TEST_F(AmclModel, IsSymmetricAndPositiveDefiniteWithTheFloors) {
   std::uniform_real_distribution<double> way(-1.0, 1.0), angle(-M_PI, M_PI);
   for (int k = 0; k < 500; ++k) {
     const double reach = k % 3 == 0 ? 0.005 : 1.0;  // also under the centimetre
-    PreintegratedOdometry odometry;
+    PlanarMotion odometry;
     odometry.T_i_j = Rigid2(reach * way(generator), reach * way(generator), angle(generator));
     odometry.covariance = IncrementCovariance(noise_, odometry.T_i_j);
     EXPECT_LT((odometry.covariance - odometry.covariance.transpose()).norm(), 1e-12);
@@ -186,7 +186,7 @@ TEST_F(AmclOverAWay, DoesNotDependOnTheRateOfReadingsOrFrames) {
   const Eigen::Matrix3d coarse = Preintegrate(Readings(2), noise_).covariance;
   EXPECT_LT((Preintegrate(Readings(100), noise_).covariance - coarse).norm(), 1e-12);
   // Frame by frame, then made the link of a keyframe.
-  PreintegratedOdometry frames;
+  PlanarMotion frames;
   const std::vector<OdometryReading> readings = Readings(40);
   for (std::size_t k = 0; k + 4 < readings.size(); k += 4) {
     frames = Compose(frames, Preintegrate({readings.begin() + static_cast<std::ptrdiff_t>(k),
@@ -199,9 +199,9 @@ TEST_F(AmclOverAWay, DoesNotDependOnTheRateOfReadingsOrFrames) {
 
 TEST_F(AmclOverAWay, LinksOfKeyframesComposeAsAny) {
   const std::vector<OdometryReading> readings = Readings(40);
-  const PreintegratedOdometry ij = Preintegrate({readings.begin(), readings.begin() + 21}, noise_);
-  const PreintegratedOdometry jk = Preintegrate({readings.begin() + 20, readings.end()}, noise_);
-  const PreintegratedOdometry ik = Compose(ij, jk);
+  const PlanarMotion ij = Preintegrate({readings.begin(), readings.begin() + 21}, noise_);
+  const PlanarMotion jk = Preintegrate({readings.begin() + 20, readings.end()}, noise_);
+  const PlanarMotion ik = Compose(ij, jk);
   EXPECT_LT((ik.T_i_j.translation - Preintegrate(readings, noise_).T_i_j.translation).norm(), 1e-12);
   Eigen::Matrix3d A = Eigen::Matrix3d::Identity(), B = A;
   const Eigen::Vector2d r = ij.T_i_j.R() * jk.T_i_j.translation;
@@ -212,7 +212,7 @@ TEST_F(AmclOverAWay, LinksOfKeyframesComposeAsAny) {
 }
 
 TEST(OverWholeMotion, LeavesTheArcLengthModelAlone) {
-  PreintegratedOdometry odometry;
+  PlanarMotion odometry;
   odometry.T_i_j = Rigid2(1.0, 0.0, 0.0);
   odometry.covariance = 7.0 * Eigen::Matrix3d::Identity();
   odometry.modelled = true;

@@ -52,7 +52,7 @@ double SmallestEigenvalue(const Matrix& symmetric) {
 
 TEST(Preintegration, MotionIsTheDifferenceOfTheEnds) {
   const std::vector<OdometryReading> readings = ThreeArcs(40, Rigid2(3.0, -1.0, 2.0));
-  const PreintegratedOdometry odometry = Preintegrate(readings, OdometryNoise());
+  const PlanarMotion odometry = Preintegrate(readings, OdometryNoise());
   ExpectSamePose(odometry.T_i_j, readings.front().T_odom_base.Inverse() * readings.back().T_odom_base, 1e-12);
   EXPECT_NEAR(odometry.distance, 0.8 + std::hypot(0.6, 0.1), 1e-3);
   EXPECT_NEAR(odometry.turn, 0.9 + 1.4 + 0.7, 1e-9);
@@ -60,7 +60,7 @@ TEST(Preintegration, MotionIsTheDifferenceOfTheEnds) {
 }
 
 TEST(Preintegration, OneReadingIsTheIdentity) {
-  const PreintegratedOdometry odometry = Preintegrate({{{5}, Rigid2(1.0, 2.0, 3.0)}}, OdometryNoise());
+  const PlanarMotion odometry = Preintegrate({{{5}, Rigid2(1.0, 2.0, 3.0)}}, OdometryNoise());
   ExpectSamePose(odometry.T_i_j, Rigid2(), 1e-15);
   EXPECT_EQ(odometry.covariance, Eigen::Matrix3d::Zero());
   EXPECT_EQ(odometry.distance, 0.0);
@@ -70,7 +70,7 @@ TEST(Preintegration, StandingStillKeepsAFloorOfUncertainty) {
   const OdometryNoise noise;
   std::vector<OdometryReading> readings;
   for (int k = 0; k < 100; ++k) readings.push_back({{k}, Rigid2(1.0, 2.0, -3.0)});
-  const PreintegratedOdometry odometry = Preintegrate(readings, noise);
+  const PlanarMotion odometry = Preintegrate(readings, noise);
   ExpectSamePose(odometry.T_i_j, Rigid2(), 1e-15);
   EXPECT_EQ(odometry.covariance, Eigen::Matrix3d::Zero());
   const Eigen::Matrix3d floor = CovarianceWithFloor(odometry, noise);
@@ -91,10 +91,10 @@ TEST(Preintegration, DoesNotDependOnTheRate) {
 
 TEST(Preintegration, DoesNotDependOnTheOdometryFrame) {
   const OdometryNoise noise;
-  const PreintegratedOdometry here = Preintegrate(ThreeArcs(20, Rigid2()), noise);
+  const PlanarMotion here = Preintegrate(ThreeArcs(20, Rigid2()), noise);
   // Starting headings that put the +-pi seam before, within and after the path.
   for (const double heading : {-M_PI, M_PI - 1.0, M_PI - 0.5, M_PI - 1e-12, M_PI, 1.0, -2.9}) {
-    const PreintegratedOdometry there = Preintegrate(ThreeArcs(20, Rigid2(100.0, -50.0, heading)), noise);
+    const PlanarMotion there = Preintegrate(ThreeArcs(20, Rigid2(100.0, -50.0, heading)), noise);
     ExpectSamePose(there.T_i_j, here.T_i_j, 1e-10);
     EXPECT_LT((there.covariance - here.covariance).norm(), 1e-12);
     EXPECT_NEAR(there.turn, here.turn, 1e-9);
@@ -104,7 +104,7 @@ TEST(Preintegration, DoesNotDependOnTheOdometryFrame) {
 TEST(Preintegration, CountsWholeTurns) {
   std::vector<OdometryReading> readings;
   for (int k = 0; k <= 100; ++k) readings.push_back({{k}, Rigid2(0.0, 0.0, 0.1 * k)});
-  const PreintegratedOdometry odometry = Preintegrate(readings, OdometryNoise());
+  const PlanarMotion odometry = Preintegrate(readings, OdometryNoise());
   EXPECT_NEAR(odometry.turn, 10.0, 1e-9);
   EXPECT_NEAR(odometry.T_i_j.angle, WrapAngle(10.0), 1e-9);
 }
@@ -113,7 +113,7 @@ TEST(Preintegration, CountsWholeTurns) {
 TEST(Preintegration, CovarianceMatchesSampledNoise) {
   const OdometryNoise noise;
   const std::vector<OdometryReading> readings = ThreeArcs(15, Rigid2(1.0, 1.0, M_PI - 0.3));
-  const PreintegratedOdometry odometry = Preintegrate(readings, noise);
+  const PlanarMotion odometry = Preintegrate(readings, noise);
   std::mt19937 generator(11);
   std::normal_distribution<double> normal;
   constexpr int kSamples = 4000;
@@ -139,7 +139,7 @@ TEST(Preintegration, StopsOnBrokenPromises) {
   EXPECT_DEATH(Preintegrate({{{2}, Rigid2()}, {{1}, Rigid2()}}, OdometryNoise()), "out of order");
 }
 
-void ExpectSame(const PreintegratedOdometry& a, const PreintegratedOdometry& b) {
+void ExpectSame(const PlanarMotion& a, const PlanarMotion& b) {
   ExpectSamePose(a.T_i_j, b.T_i_j, 1e-12);
   EXPECT_LT((a.covariance - b.covariance).norm(), 1e-12 * (1.0 + b.covariance.norm()));
   EXPECT_NEAR(a.distance, b.distance, 1e-12);
@@ -150,10 +150,10 @@ void ExpectSame(const PreintegratedOdometry& a, const PreintegratedOdometry& b) 
 TEST(Compose, EqualsPreintegratingTheWhole) {
   const OdometryNoise noise;
   const std::vector<OdometryReading> readings = ThreeArcs(10, Rigid2(0.0, 0.0, 2.9));
-  const PreintegratedOdometry whole = Preintegrate(readings, noise);
+  const PlanarMotion whole = Preintegrate(readings, noise);
   for (std::size_t cut = 0; cut < readings.size(); ++cut) {
-    const PreintegratedOdometry ij = Preintegrate(Slice(readings, 0, cut), noise);
-    const PreintegratedOdometry jk = Preintegrate(Slice(readings, cut, readings.size() - 1), noise);
+    const PlanarMotion ij = Preintegrate(Slice(readings, 0, cut), noise);
+    const PlanarMotion jk = Preintegrate(Slice(readings, cut, readings.size() - 1), noise);
     ExpectSame(Compose(ij, jk), whole);
   }
 }
@@ -161,25 +161,25 @@ TEST(Compose, EqualsPreintegratingTheWhole) {
 TEST(Compose, IsAssociative) {
   const OdometryNoise noise;
   const std::vector<OdometryReading> readings = ThreeArcs(10, Rigid2(0.0, 0.0, -2.9));
-  const PreintegratedOdometry a = Preintegrate(Slice(readings, 0, 7), noise);
-  const PreintegratedOdometry b = Preintegrate(Slice(readings, 7, 18), noise);
-  const PreintegratedOdometry c = Preintegrate(Slice(readings, 18, 30), noise);
+  const PlanarMotion a = Preintegrate(Slice(readings, 0, 7), noise);
+  const PlanarMotion b = Preintegrate(Slice(readings, 7, 18), noise);
+  const PlanarMotion c = Preintegrate(Slice(readings, 18, 30), noise);
   ExpectSame(Compose(Compose(a, b), c), Compose(a, Compose(b, c)));
 }
 
 TEST(Compose, StandingStillChangesNothing) {
   const OdometryNoise noise;
-  const PreintegratedOdometry still = Preintegrate({{{0}, Rigid2()}}, noise);
-  const PreintegratedOdometry moved = Preintegrate(ThreeArcs(10, Rigid2()), noise);
+  const PlanarMotion still = Preintegrate({{{0}, Rigid2()}}, noise);
+  const PlanarMotion moved = Preintegrate(ThreeArcs(10, Rigid2()), noise);
   ExpectSame(Compose(still, moved), moved);
   ExpectSame(Compose(moved, still), moved);
 }
 
 TEST(Inflate, TakesTheMissedMotionForStandardDeviation) {
-  PreintegratedOdometry step;
+  PlanarMotion step;
   step.T_i_j = Rigid2(0.2, 0.0, 0.4);
   step.covariance = 1e-6 * Eigen::Matrix3d::Identity();
-  const PreintegratedOdometry inflated = Inflate(step, {0.03, -0.04, 0.1});
+  const PlanarMotion inflated = Inflate(step, {0.03, -0.04, 0.1});
   EXPECT_NEAR(inflated.covariance(0, 0), 0.0025, 1e-5);
   EXPECT_NEAR(inflated.covariance(1, 1), 0.0025, 1e-5);
   EXPECT_NEAR(inflated.covariance(2, 2), 0.01, 1e-5);
@@ -200,7 +200,7 @@ TEST(LiftedCovariance, IsPositiveDefiniteAndSymmetric) {
 // Perturbing T_i_j on the right moves (r, phi) by G d; pushing the lifted covariance through G gives the planar one.
 TEST(LiftedCovariance, IsThePlanarCovarianceSeenFromJ) {
   const OdometryNoise noise;
-  const PreintegratedOdometry odometry = Preintegrate(ThreeArcs(20, Rigid2()), noise);
+  const PlanarMotion odometry = Preintegrate(ThreeArcs(20, Rigid2()), noise);
   constexpr double kStep = 1e-6;
   Eigen::Matrix<double, 3, 6> G;
   for (int k = 0; k < 6; ++k) {
@@ -219,7 +219,7 @@ TEST(LiftedCovariance, IsThePlanarCovarianceSeenFromJ) {
 
 TEST(LiftedCovariance, GivesTheFloorsSmoothnessToTheRest) {
   const OdometryNoise noise;
-  PreintegratedOdometry odometry;
+  PlanarMotion odometry;
   odometry.distance = 4.0;
   const Matrix6d covariance = LiftedCovariance(odometry, noise);
   EXPECT_NEAR(covariance(2, 2), std::pow(noise.height_floor, 2) + 4.0 * std::pow(noise.height_per_sqrt_meter, 2),

@@ -241,7 +241,7 @@ TEST(EstimateScale, SaysNothingWithoutMotion) {
 
 TEST(FuseScale, WeighsByVariance) {
   EXPECT_FALSE(Fuse({}).has_value());
-  const std::optional<ScaleEvidence> both = Fuse({{0.02, 0.01}, {0.0, 0.005}});
+  const std::optional<ScaleMeasurement> both = Fuse({{0.02, 0.01}, {0.0, 0.005}});
   ASSERT_TRUE(both.has_value());
   EXPECT_NEAR(both->log_scale, 0.004, 1e-12);
   EXPECT_NEAR(both->sigma, 0.01 / std::sqrt(5.0), 1e-12);

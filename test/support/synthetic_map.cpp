@@ -34,7 +34,7 @@ struct View {
 
 }  // namespace
 
-BundleContext SyntheticWorld::Context() const {
+MeasurementModel SyntheticWorld::Context() const {
   return {camera, odometry_noise, PlanarPriorOptions{}, BundleOptions{}};
 }
 
@@ -93,7 +93,7 @@ SyntheticWorld MakeSyntheticWorld(const SyntheticWorldOptions& options) {
     keyframe.landmarks.resize(features->keypoints.size());
     if (k > 0) {
       keyframe.odometry_link =
-          OdometryLink{KeyframeId{id.value - 1}, ExactOdometry(world, world.true_poses[k - 1], world.true_poses[k])};
+          MotionLink{KeyframeId{id.value - 1}, ExactOdometry(world, world.true_poses[k - 1], world.true_poses[k])};
     }
     edit.emplace_back(AddKeyframe{id, keyframe});
     for (std::size_t j = 0; j < views[k].points.size(); ++j)
@@ -137,7 +137,7 @@ SyntheticView Observe(const SyntheticWorld& world, const Rigid3& T_map_camera, d
   return view;
 }
 
-PreintegratedOdometry ExactOdometry(const SyntheticWorld& world, const Rigid3& T_map_i, const Rigid3& T_map_j) {
+PlanarMotion ExactOdometry(const SyntheticWorld& world, const Rigid3& T_map_i, const Rigid3& T_map_j) {
   const Timestamp start{0}, end = Timestamp::FromSeconds(0.1);
   return Preintegrate({{start, Rigid2()}, {end, ProjectToPlane(T_map_i.Inverse() * T_map_j)}}, world.odometry_noise);
 }

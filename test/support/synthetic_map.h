@@ -25,7 +25,7 @@ struct SyntheticWorld {
   std::vector<Rigid3> true_poses;            // T_map_base per keyframe
   std::vector<Eigen::Vector3d> true_points;  // per landmark id
   Rigid3 T_base_camera;                      // the same for all keyframes
-  BundleContext Context() const;
+  MeasurementModel Context() const;
 };
 
 // Where the base of a synthetic world is after `x` metres: true_poses are at multiples of the step.
@@ -42,7 +42,7 @@ struct SyntheticView {
 SyntheticView Observe(const SyntheticWorld& world, const Rigid3& T_map_camera, double pixel_noise, std::uint32_t seed);
 
 // Wheel odometry that measured the way between two base poses without error.
-PreintegratedOdometry ExactOdometry(const SyntheticWorld& world, const Rigid3& T_map_i, const Rigid3& T_map_j);
+PlanarMotion ExactOdometry(const SyntheticWorld& world, const Rigid3& T_map_i, const Rigid3& T_map_j);
 
 // Poses (but the first) and points moved by Gaussian noise.
 Map Perturbed(const SyntheticWorld& world, double position_sigma, double angle_sigma, double point_sigma,

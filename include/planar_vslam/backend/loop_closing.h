@@ -2,14 +2,14 @@
 // The robot has come back to a place it mapped before, and the map does not show it there: the place is recognised, and
 // the map bent until both are one.
 //
-// Recognised: of the keyframes the robot has driven a long way since (way.h), and may stand near by the map's
-// uncertainty, those are tried whose landmarks look most like the newest keyframe's features. A place is taken for the
-// same where
+// Recognised: of the keyframes the robot has driven a long way since (distance_driven.h), and may stand near by the
+// map's uncertainty, those are tried whose landmarks look most like the newest keyframe's features. A place is taken
+// for the same where
 //   - PnP in RANSAC and a pose-only adjustment agree on many of its landmarks,
 //   - and on enough of those that should be in view: buildings repeat themselves,
 //   - the two keyframes before see them too, from where the map has them relative to the newest,
 //   - and the map may be off that much: within `sigma_factor` times its standard deviation (map_uncertainty.h). A robot
-//     that was carried leaves a doubtful tie (map_ties.h), which makes the map that uncertain.
+//     that was kidnapped leaves a doubtful tie (map_ties.h), which makes the map that uncertain.
 // Bent: a pose graph spreads the error over the way since (pose_graph.h), landmarks move with the keyframes that made
 // them, what both sides see is merged, and bundle adjustment of the whole map follows. Lengths stay: the map is metric.
 #include <optional>
@@ -46,10 +46,10 @@ struct Loop {
 
 // `newest` is the last keyframe of `map`, which is metric.
 std::optional<Loop> FindLoop(const Map& map, KeyframeId newest, const MapUncertainty& uncertainty,
-                             const BundleContext& context, const LoopOptions& options);
+                             const MeasurementModel& context, const LoopOptions& options);
 
 // The map with poses, landmarks and observations as the loop says; not yet adjusted. Steps of the wheels that the loop
 // contradicts are gone. Nothing where the pose graph has no solution.
-std::optional<Map> CloseLoop(Map map, const Loop& loop, const BundleContext& context);
+std::optional<Map> CloseLoop(Map map, const Loop& loop, const MeasurementModel& context);
 
 }  // namespace planar_vslam

@@ -38,7 +38,7 @@ struct InitializerInput {
   Timestamp stamp;
   FrameFeaturesPtr features;
   Rigid3 T_base_camera;
-  std::optional<PreintegratedOdometry> odometry;  // since the last input
+  std::optional<PlanarMotion> odometry;  // since the last input
 };
 
 struct InitializerReport {
@@ -48,7 +48,8 @@ struct InitializerReport {
 
 class Initializer {
  public:
-  Initializer(const InitializerOptions& options, const BundleContext& bundle, const std::vector<double>& octave_scales)
+  Initializer(const InitializerOptions& options, const MeasurementModel& bundle,
+              const std::vector<double>& octave_scales)
       : options_(options), bundle_(bundle), octave_scales_(octave_scales) {}
   InitializerReport Add(const InitializerInput& input);
 
@@ -57,7 +58,7 @@ class Initializer {
     Timestamp stamp;
     FrameFeaturesPtr features;
     Rigid3 T_base_camera;
-    PreintegratedOdometry odometry;  // from the first frame to the newest input
+    PlanarMotion odometry;  // from the first frame to the newest input
   };
   InitializerReport Restart(const InitializerInput& input, std::string reason);
   Rigid3 CameraMotionByOdometry(const InitializerInput& input) const;
@@ -69,7 +70,7 @@ class Initializer {
                            const std::vector<std::optional<Eigen::Vector3d>>& points, bool metric);
 
   InitializerOptions options_;
-  BundleContext bundle_;
+  MeasurementModel bundle_;
   std::vector<double> octave_scales_;
   std::optional<First> first_;
 };

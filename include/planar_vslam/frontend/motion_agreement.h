@@ -14,6 +14,6 @@ namespace planar_vslam {
 constexpr double kChi2FiveDof999 = 20.515;  // chi-square, 5 dof, 99.9 %
 
 // Of the unscaled map of two keyframes, the second linked to the first by odometry.
-double SquaredMotionDisagreement(const Map& two_views, const BundleContext& context);
+double SquaredMotionDisagreement(const Map& two_views, const MeasurementModel& context);
 
 }  // namespace planar_vslam

@@ -55,8 +55,8 @@ struct TrackInput {
   Timestamp stamp;
   FrameFeaturesPtr features;
   Rigid3 T_base_camera;
-  std::optional<PreintegratedOdometry> odometry;  // since the last tracked frame
-  bool may_make_keyframe = true;                  // no keyframe is wanted while the last one is still being mapped
+  std::optional<PlanarMotion> odometry;  // since the last tracked frame
+  bool may_make_keyframe = true;         // no keyframe is wanted while the last one is still being mapped
 };
 
 struct TrackResult {

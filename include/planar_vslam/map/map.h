@@ -17,9 +17,9 @@
 namespace planar_vslam {
 
 // Planar motion from an earlier keyframe to the one that holds the link, as the wheels or the laser measured it.
-struct OdometryLink {
+struct MotionLink {
   KeyframeId from;
-  PreintegratedOdometry odometry;
+  PlanarMotion motion;
 };
 
 // A laser sweep taken near the keyframe that holds it. The laser sweeps in the plane of the floor, so the base is
@@ -33,13 +33,13 @@ struct LaserSweep {
 struct Keyframe {
   Timestamp stamp;
   Rigid3 T_map_base;
-  Rigid3 T_base_camera;                        // at `stamp`: the head moves
-  FrameFeaturesPtr features;                   // written once, shared
-  std::vector<LandmarkId> landmarks;           // per keypoint; invalid where it observes none
-  std::optional<OdometryLink> odometry_link;   // absent for the first keyframe and without odometry
-  bool on_floor = true;                        // whether the floor prior may hold this pose (floor_monitor.h)
-  std::vector<LaserSweep> sweeps = {};         // in the order they were added
-  std::vector<OdometryLink> laser_links = {};  // motion by matched sweeps, one an earlier keyframe, ascending
+  Rigid3 T_base_camera;                      // at `stamp`: the head moves
+  FrameFeaturesPtr features;                 // written once, shared
+  std::vector<LandmarkId> landmarks;         // per keypoint; invalid where it observes none
+  std::optional<MotionLink> odometry_link;   // absent for the first keyframe and without odometry
+  bool on_floor = true;                      // whether the floor prior may hold this pose (floor_monitor.h)
+  std::vector<LaserSweep> sweeps = {};       // in the order they were added
+  std::vector<MotionLink> laser_links = {};  // motion by matched sweeps, one an earlier keyframe, ascending
 
   Rigid3 T_map_camera() const { return T_map_base * T_base_camera; }
 };

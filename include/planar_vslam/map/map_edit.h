@@ -54,9 +54,9 @@ struct AddSweeps {
 // Links from keyframes that do not exist or are not earlier, and second ones from the same keyframe, are passed over.
 struct AddLaserLinks {
   KeyframeId keyframe;
-  std::vector<OdometryLink> links;
+  std::vector<MotionLink> links;
 };
-// What the wheels said of the way here turned out to be wrong: the robot was carried.
+// What the wheels said of the way here turned out to be wrong: the robot was kidnapped.
 struct EraseOdometryLink {
   KeyframeId keyframe;
 };

@@ -21,8 +21,8 @@ struct BundleOptions {
   int max_iterations = 5;     // of the first round and of the second each
   bool drop_outliers = true;  // second round without observations beyond the 95 % chi-square limit
   double pixel_sigma = 1.0;   // px at octave 0; grows with the octave's scale
-  // Cauchy, Mahalanobis norms of the two parts of a link (odometry_factor.h): what slipped pulls at nothing, and what
-  // is not level (a ramp, a car that pitches) is no slip.
+  // Cauchy, Mahalanobis norms of the two parts of a link (relative_pose_factor.h): what slipped pulls at nothing, and
+  // what is not level (a ramp, a car that pitches) is no slip.
   double odometry_loss = 5.0;  // x, y and yaw
   double tilt_loss = 3.5;      // height, roll and pitch
   bool use_odometry = true;
@@ -35,7 +35,7 @@ struct BundleRequest {
   std::vector<LandmarkId> landmarks;        // ascending; observations in other keyframes are left out
 };
 
-struct BundleContext {
+struct MeasurementModel {
   CameraModel camera;
   OdometryNoise odometry_noise;
   PlanarPriorOptions planar;  // applied to keyframes on the floor of a metric map, unless its mode is off
@@ -53,7 +53,7 @@ struct BundleResult {
 };
 
 // Deterministic: one thread, blocks in id order in one buffer. Sparse Schur beyond `free_keyframes` of about 60.
-BundleResult AdjustBundle(const Map& map, const BundleRequest& request, const BundleContext& context);
+BundleResult AdjustBundle(const Map& map, const BundleRequest& request, const MeasurementModel& context);
 
 // The result as changes to the map: poses, points, outlier observations erased.
 MapEdit ToEdit(const BundleResult& result);

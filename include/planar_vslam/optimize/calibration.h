@@ -58,7 +58,7 @@ struct CalibrationResult {
 // `map` was made with `present` applied to `readings`, the odometry of the whole recording as it was read. The prior is
 // centred on no correction at all. Errors: a map that is not metric, or an adjustment that fails.
 Expected<CalibrationResult> CalibrateMap(const Map& map, const std::vector<OdometryReading>& readings,
-                                         const SensorCorrection& present, const BundleContext& context,
+                                         const SensorCorrection& present, const MeasurementModel& context,
                                          const CalibrationOptions& options);
 
 }  // namespace planar_vslam

@@ -7,10 +7,10 @@
 //     and a position to z sigma, along the way between the two to a share of its length besides, which one camera does
 //     not measure. The factor k makes up for what neighbours' ties share: they are no independent measurements, as they
 //     come from the same landmarks. N / n: a pose goes with the majority of what it sees. With
-//     keyframes a long way back only one that has returned there (way.h) is tied: a few landmarks of an old place do
-//     not bring a pose home.
+//     keyframes a long way back only one that has returned there (distance_driven.h) is tied: a few landmarks of an old
+//     place do not bring a pose home.
 // A step of the wheels across which a rich view became quite another one is doubtful: something stood before the
-// camera, or the robot was carried. Until landmarks tie the two sides together it counts for next to nothing.
+// camera, or the robot was kidnapped. Until landmarks tie the two sides together it counts for next to nothing.
 #include <Eigen/Core>
 #include <cstddef>
 #include <vector>
@@ -30,6 +30,6 @@ struct MapTie {
 };
 
 // Of a metric map, in the order of keyframes.
-std::vector<MapTie> TiesOf(const Map& map, const BundleContext& context);
+std::vector<MapTie> TiesOf(const Map& map, const MeasurementModel& context);
 
 }  // namespace planar_vslam

@@ -1,7 +1,8 @@
 #pragma once
 // The keyframes of a metric map on the floor, pulled together by loops: each tie of the map (map_ties.h) holds the
 // relative pose its two keyframes have now, by its covariance, each loop a relative pose measured otherwise. Minimised
-// over x, y and heading of all keyframes but the first, as steps on the floor (pose_manifold.h, odometry_factor.h):
+// over x, y and heading of all keyframes but the first, as steps on the floor (pose_manifold.h,
+// relative_pose_factor.h):
 //   sum |Log(T_i_j^-1 T_map_i^-1 T_map_j)|^2_Sigma
 // As all ties are at rest before, a loop's correction spreads as the ties are loose. Height and tilt stay.
 #include <utility>
@@ -19,7 +20,7 @@ struct LoopTie {
 };
 
 // The keyframes' new poses T_map_base, in the order of the map; empty where Ceres finds none. Keyframes after the last
-// doubtful tie before a loop's end start as the loop would have them: they were carried there as one piece.
+// doubtful tie before a loop's end start as the loop would have them: they were moved there as one piece.
 std::vector<std::pair<KeyframeId, Rigid3>> SolvePoseGraph(const Map& map, const std::vector<MapTie>& ties,
                                                           const std::vector<LoopTie>& loops);
 

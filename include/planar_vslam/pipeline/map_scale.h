@@ -26,8 +26,8 @@ struct ScaleOptions {
 
 struct MapScale {
   std::optional<ScaleEstimate> track;  // wheels against the visual track
-  std::optional<ScaleEvidence> wheels, laser, floor;
-  std::optional<ScaleEvidence> fused;  // nothing where no source says anything
+  std::optional<ScaleMeasurement> wheels, laser, floor;
+  std::optional<ScaleMeasurement> fused;  // nothing where no source says anything
   // Whether the sources agree: each within 3 sigma of the others' mean. If not: slip, a wrong floor, a wrong mount.
   bool consistent = true;
 };

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "planar_vslam/backend/local_mapper.h"
+#include "planar_vslam/backend/map_keyframe.h"
 #include "planar_vslam/feature/orb_extractor.h"
 #include "planar_vslam/frontend/initializer.h"
 #include "planar_vslam/frontend/tracker.h"
@@ -44,7 +44,7 @@ struct PipelineOptions {
   OrbOptions orb;
   InitializerOptions initializer;
   TrackerOptions tracker;
-  LocalMapperOptions mapper;
+  MapperOptions mapper;
   LoopOptions loop;
   BundleOptions bundle;
   OdometryNoise odometry_noise;

@@ -79,7 +79,7 @@ class SlamSystem {
 
   std::shared_ptr<const Map> map() const { return map_; }
   const PipelineOptions& options() const { return options_; }
-  const BundleContext& bundle() const { return bundle_; }
+  const MeasurementModel& bundle() const { return bundle_; }
   const SystemReport& report() const { return report_; }
   const TrajectoryRecorder& trajectory() const { return trajectory_; }
   // Drops map and trajectory and starts over: from the saved map where there was one.
@@ -95,17 +95,17 @@ class SlamSystem {
   struct EarlyFrame {
     Timestamp stamp;
     Rigid3 T_base_camera;
-    std::optional<PreintegratedOdometry> step;  // since the frame before
+    std::optional<PlanarMotion> step;  // since the frame before
   };
-  void Initialize(const FramePacket& packet, const FrameFeaturesPtr& features,
-                  const std::optional<PreintegratedOdometry>& step, FrameReport* report);
-  void TrackFrame(const FramePacket& packet, const FrameFeaturesPtr& features,
-                  const std::optional<PreintegratedOdometry>& step, FrameReport* report);
+  void Initialize(const FramePacket& packet, const FrameFeaturesPtr& features, const std::optional<PlanarMotion>& step,
+                  FrameReport* report);
+  void TrackFrame(const FramePacket& packet, const FrameFeaturesPtr& features, const std::optional<PlanarMotion>& step,
+                  FrameReport* report);
   void Propose(const FramePacket& packet, const FrameFeaturesPtr& features, TrackResult result);
   void PlaceEarlyFrames();
   void PlaceFramesBefore(const TrackResult& result);
   void CollectMapping(bool wait);
-  void AddSinceKeyframe(const std::optional<PreintegratedOdometry>& step, const TrackResult& result);
+  void AddSinceKeyframe(const std::optional<PlanarMotion>& step, const TrackResult& result);
   Matrix6d CovarianceOfMapAt(const Rigid3& T_map_base) const;
   void AssessMapScale();
   void TryScaleRecovery(Timestamp stamp);
@@ -114,14 +114,14 @@ class SlamSystem {
 
   PipelineOptions options_;
   CameraModel camera_;
-  BundleContext bundle_;
+  MeasurementModel bundle_;
   OrbExtractor extractor_;
   Initializer initializer_;
   Tracker tracker_;
   std::unique_ptr<Executor> executor_;
   std::shared_ptr<const Map> map_;
   std::optional<Pending> pending_;
-  std::optional<PreintegratedOdometry> since_keyframe_;
+  std::optional<PlanarMotion> since_keyframe_;
   CountSightings sightings_;
   TrajectoryRecorder trajectory_;
   std::vector<EarlyFrame> before_map_;

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "planar_vslam/backend/local_mapper.h"
+#include "planar_vslam/backend/map_keyframe.h"
 #include "planar_vslam/map/map.h"
 
 namespace planar_vslam {
@@ -21,7 +21,7 @@ class TrajectoryRecorder {
  public:
   void Add(const RecordedFrame& frame) { frames_.push_back(frame); }
   // The last frame with this stamp became a keyframe. If it stood on odometry alone, so did frames right before it, and
-  // they hang on it from now on: when the robot was carried, that was before them.
+  // they hang on it from now on: when the robot was kidnapped, that was before them.
   void Reanchor(Timestamp stamp, KeyframeId keyframe);
   void OnCulled(const std::vector<CulledKeyframe>& culled);
   // The map was scaled: camera motion relative to the reference keyframes scales, extrinsics do not.

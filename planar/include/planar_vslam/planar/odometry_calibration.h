@@ -6,8 +6,8 @@
 // perturbations of T_i_j:
 //   T <- T Exp(c xi_k),  D_c <- Ad(Exp(c xi_k)^-1) D_c + Jr(c xi_k) diag(xi_k),  D_td = v_j - Ad(T_i_j^-1) v_i
 // with the corrected body velocities v at both ends.
-// Factor, 6-D on SE(3) as in odometry_factor.h:  e = Log( T~_i_j(c, td)^-1 T_map_i^-1 T_map_j ). A right perturbation n
-// of T~ moves it by  de/dn = -Jr^-1(-e),  as  Log(Exp(-n) E) = e - Jl^-1(e) n.
+// Factor, 6-D on SE(3) as in relative_pose_factor.h:  e = Log( T~_i_j(c, td)^-1 T_map_i^-1 T_map_j ). A right
+// perturbation n of T~ moves it by  de/dn = -Jr^-1(-e),  as  Log(Exp(-n) E) = e - Jl^-1(e) n.
 #include <ceres/ceres.h>
 
 #include <utility>

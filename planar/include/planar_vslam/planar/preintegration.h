@@ -14,7 +14,7 @@
 
 namespace planar_vslam {
 
-struct PreintegratedOdometry {
+struct PlanarMotion {
   Rigid2 T_i_j;                                          // pose of the base at j in the base at i
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  // of [x, y, angle], frame i, without floors
   double distance = 0.0;                                 // m, path length
@@ -25,26 +25,26 @@ struct PreintegratedOdometry {
 
 // `readings` in time order, at least one. One reading gives the identity with zero covariance. An increment whose
 // reading carries a covariance has that, if the options let it, else the model's.
-PreintegratedOdometry Preintegrate(const std::vector<OdometryReading>& readings, const OdometryNoise& noise);
+PlanarMotion Preintegrate(const std::vector<OdometryReading>& readings, const OdometryNoise& noise);
 
 // With the arc-length model the motion as it is. With the AMCL model, whose variances are for whole motions, its
 // covariance is that of the motion from end to end: for what becomes the link between two keyframes, once, when the
 // keyframe is made. From then on links are composed as any. What the way there did (forth and back) does not count.
-PreintegratedOdometry OverWholeMotion(PreintegratedOdometry odometry, const OdometryNoise& noise);
+PlanarMotion OverWholeMotion(PlanarMotion odometry, const OdometryNoise& noise);
 
 // i->j then j->k, as one i->k measurement. Used when keyframe j is culled. Associative up to rounding.
-PreintegratedOdometry Compose(const PreintegratedOdometry& ij, const PreintegratedOdometry& jk);
+PlanarMotion Compose(const PlanarMotion& ij, const PlanarMotion& jk);
 
 // The measurement in which the wheels slipped and missed the motion `slip` (right tangent [x, y, angle] at j): its
 // variances grow by the square of what was missed, for vision's word on how much that was is no measurement of theirs.
-PreintegratedOdometry Inflate(PreintegratedOdometry odometry, const Eigen::Vector3d& slip);
+PlanarMotion Inflate(PlanarMotion odometry, const Eigen::Vector3d& slip);
 
 // The covariance with the floors of `noise` added: always positive definite.
-Eigen::Matrix3d CovarianceWithFloor(const PreintegratedOdometry& odometry, const OdometryNoise& noise);
+Eigen::Matrix3d CovarianceWithFloor(const PlanarMotion& odometry, const OdometryNoise& noise);
 
 // Covariance of T_i_j lifted to SE(3), tangent [translation, rotation] of a right perturbation at j:
 // x, y, yaw from the planar covariance (rotated from frame i into frame j), z, roll, pitch from the floor's smoothness.
-Matrix6d LiftedCovariance(const PreintegratedOdometry& odometry, const OdometryNoise& noise);
+Matrix6d LiftedCovariance(const PlanarMotion& odometry, const OdometryNoise& noise);
 
 // Upper triangular S with S^T S = covariance^-1, so that |S e|^2 = e^T covariance^-1 e.
 Matrix6d SquareRootInformation(const Matrix6d& covariance);

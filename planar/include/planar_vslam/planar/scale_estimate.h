@@ -27,11 +27,11 @@ struct ScaleEstimate {
 std::optional<ScaleEstimate> EstimateScale(const std::vector<LeverArmSample>& samples);
 
 // One source's opinion of the factor a map is to be multiplied by.
-struct ScaleEvidence {
+struct ScaleMeasurement {
   double log_scale = 0.0;
   double sigma = 0.0;  // of log_scale, systematic part included
 };
 // The mean weighted by 1 / sigma^2. Nothing from nothing.
-std::optional<ScaleEvidence> Fuse(const std::vector<ScaleEvidence>& sources);
+std::optional<ScaleMeasurement> Fuse(const std::vector<ScaleMeasurement>& sources);
 
 }  // namespace planar_vslam

@@ -1,8 +1,8 @@
-#include "planar_vslam/map/way.h"
+#include "planar_vslam/map/distance_driven.h"
 
 namespace planar_vslam {
 
-Way::Way(const Map& map) : map_(map), driven_(map.next_keyframe_id, 0.0) {
+DistanceDriven::DistanceDriven(const Map& map) : map_(map), driven_(map.next_keyframe_id, 0.0) {
   double driven = 0.0;
   const Keyframe* last = nullptr;
   for (const auto& [id, keyframe] : map.keyframes) {
@@ -13,14 +13,14 @@ Way::Way(const Map& map) : map_(map), driven_(map.next_keyframe_id, 0.0) {
 }
 
 // Seen before and, a long way on, again.
-bool Way::HasReturned(const Landmark& landmark) const {
+bool DistanceDriven::HasReturned(const Landmark& landmark) const {
   for (std::size_t k = 1; k < landmark.observations.size(); ++k) {
     if (Between(landmark.observations[k - 1].keyframe, landmark.observations[k].keyframe) > kReturn) return true;
   }
   return false;
 }
 
-bool Way::HasReturned(const Keyframe& keyframe) const {
+bool DistanceDriven::HasReturned(const Keyframe& keyframe) const {
   int seen = 0, returned = 0;
   for (const LandmarkId id : keyframe.landmarks) {
     if (!id.valid()) continue;

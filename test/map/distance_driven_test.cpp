@@ -1,4 +1,4 @@
-#include "planar_vslam/map/way.h"
+#include "planar_vslam/map/distance_driven.h"
 
 #include <gtest/gtest.h>
 
@@ -31,30 +31,30 @@ void AddSeenBy(const std::vector<std::uint32_t>& keyframes, std::uint32_t keypoi
   *map = Apply(std::move(*map), {AddLandmark{LandmarkId{map->next_landmark_id}, landmark}});
 }
 
-TEST(Way, IsDrivenFromKeyframeToKeyframe) {
+TEST(DistanceDriven, IsDrivenFromKeyframeToKeyframe) {
   const Map map = Road(9);
-  const Way way(map);
+  const DistanceDriven way(map);
   EXPECT_DOUBLE_EQ(way.Between(KeyframeId{0}, KeyframeId{8}), 8.0);
   EXPECT_DOUBLE_EQ(way.Between(KeyframeId{3}, KeyframeId{5}), 2.0);
 }
 
-TEST(Way, ALandmarkIsOldWhenNoneOfTheLastMetresSawIt) {
+TEST(DistanceDriven, ALandmarkIsOldWhenNoneOfTheLastMetresSawIt) {
   Map map = Road(9);
   AddSeenBy({0, 1, 2}, 0, &map);
   AddSeenBy({1, 5}, 1, &map);
-  const Way way(map);
+  const DistanceDriven way(map);
   EXPECT_TRUE(way.IsOld(map.landmarks.At(LandmarkId{0}), KeyframeId{8}));
   EXPECT_FALSE(way.IsOld(map.landmarks.At(LandmarkId{1}), KeyframeId{8}));
 }
 
-TEST(Way, AKeyframeHasReturnedWhenMostOfWhatItSeesWasSeenLongBefore) {
+TEST(DistanceDriven, AKeyframeHasReturnedWhenMostOfWhatItSeesWasSeenLongBefore) {
   Map map = Road(9);
   AddSeenBy({0, 1, 8}, 0, &map);                    // a return
   AddSeenBy({0, 1, 2, 3, 4, 5, 6, 7, 8}, 1, &map);  // seen all the while
-  EXPECT_FALSE(Way(map).HasReturned(map.keyframes.At(KeyframeId{8})));
+  EXPECT_FALSE(DistanceDriven(map).HasReturned(map.keyframes.At(KeyframeId{8})));
   AddSeenBy({1, 2, 8}, 2, &map);
-  EXPECT_TRUE(Way(map).HasReturned(map.keyframes.At(KeyframeId{8})));
-  EXPECT_FALSE(Way(map).HasReturned(map.keyframes.At(KeyframeId{5})));
+  EXPECT_TRUE(DistanceDriven(map).HasReturned(map.keyframes.At(KeyframeId{8})));
+  EXPECT_FALSE(DistanceDriven(map).HasReturned(map.keyframes.At(KeyframeId{5})));
 }
 
 }  // namespace

@@ -13,8 +13,8 @@
 namespace planar_vslam {
 
 // Unweighted residual and, where not null, its Jacobians with respect to the right perturbations of both poses.
-Vector6d OdometryResidual(const Rigid3& T_map_i, const Rigid3& T_map_j, const Rigid3& T_i_j_measured, Matrix6d* J_i,
-                          Matrix6d* J_j);
+Vector6d RelativePoseResidual(const Rigid3& T_map_i, const Rigid3& T_map_j, const Rigid3& T_i_j_measured, Matrix6d* J_i,
+                              Matrix6d* J_j);
 
 // S e for a weight S of Rows rows. Blocks: pose i (7), pose j (7), see pose_manifold.h. Instantiated for 6 rows, the
 // whole residual, and for 3, a part of it: wheels measure x, y and yaw, and what height and tilt may do the floor says
@@ -22,10 +22,10 @@ Vector6d OdometryResidual(const Rigid3& T_map_i, const Rigid3& T_map_j, const Ri
 // kPlanarRows and kFloorRows of tangent_parts.h. As two factors they can have a loss each: a ramp is no slip of the
 // wheels.
 template <int Rows>
-class OdometryFactor final : public ceres::SizedCostFunction<Rows, 7, 7> {
+class RelativePoseFactor final : public ceres::SizedCostFunction<Rows, 7, 7> {
  public:
   using Weight = Eigen::Matrix<double, Rows, 6>;
-  OdometryFactor(const Rigid3& T_i_j_measured, const Weight& sqrt_information)
+  RelativePoseFactor(const Rigid3& T_i_j_measured, const Weight& sqrt_information)
       : T_i_j_(T_i_j_measured), sqrt_information_(sqrt_information) {}
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
 
@@ -34,7 +34,7 @@ class OdometryFactor final : public ceres::SizedCostFunction<Rows, 7, 7> {
   Weight sqrt_information_;
 };
 
-extern template class OdometryFactor<3>;
-extern template class OdometryFactor<6>;
+extern template class RelativePoseFactor<3>;
+extern template class RelativePoseFactor<6>;
 
 }  // namespace planar_vslam

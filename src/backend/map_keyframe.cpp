@@ -1,4 +1,4 @@
-#include "planar_vslam/backend/local_mapper.h"
+#include "planar_vslam/backend/map_keyframe.h"
 
 #include <algorithm>
 
@@ -21,7 +21,7 @@ void DropMissingLandmarks(const Map& map, Keyframe* keyframe) {
 }
 
 int FuseWithNeighbors(Map* map, KeyframeId newest, const MapperContext& context) {
-  const LocalMapperOptions& o = context.options;
+  const MapperOptions& o = context.options;
   const std::vector<KeyframeId> neighbors =
       WithNearby(*map, newest, Neighbors(*map, newest, o.fusion_neighbors, 1, o.min_shared), o);
   int steps = 0;
@@ -60,16 +60,16 @@ BundleResult WithoutValues(BundleResult result) {
 // Closes the loop that the newest keyframe shows, if it does.
 bool CloseLoopAt(Map* map, KeyframeId newest, const MapUncertainty& uncertainty, const MapperContext& context,
                  MappingReport* report) {
-  const std::optional<Loop> loop = FindLoop(*map, newest, uncertainty, context.bundle, context.loop);
+  const std::optional<Loop> loop = FindLoop(*map, newest, uncertainty, context.model, context.loop);
   if (!loop.has_value()) return false;
-  std::optional<Map> closed = CloseLoop(*map, *loop, context.bundle);
+  std::optional<Map> closed = CloseLoop(*map, *loop, context.model);
   if (!closed.has_value()) return false;
   const Rigid3 T_map_before = map->keyframes.At(newest).T_map_base;
   *map = std::move(*closed);
   for (const LoopView& view : loop->views) FuseWithNeighbors(map, view.keyframe, context);
   const MapEdit laser = LinkByLaser(*map, newest, context.scan_match);
   *map = Apply(std::move(*map), laser);
-  const BundleResult bundle = AdjustBundle(*map, WholeMapRequest(*map), context.bundle);
+  const BundleResult bundle = AdjustBundle(*map, WholeMapRequest(*map), context.model);
   *map = Apply(std::move(*map), ToEdit(bundle));
   report->loop = ClosedLoop{loop->old, T_map_before.Inverse() * map->keyframes.At(newest).T_map_base};
   return true;
@@ -77,18 +77,18 @@ bool CloseLoopAt(Map* map, KeyframeId newest, const MapUncertainty& uncertainty,
 
 // How well the map knows where the newest keyframe stands, once a loop that ends there is closed.
 void LookBack(Map* map, KeyframeId newest, const MapperContext& context, MappingReport* report) {
-  const MapUncertainty uncertainty(*map, TiesOf(*map, context.bundle), context.systematic);
+  const MapUncertainty uncertainty(*map, TiesOf(*map, context.model), context.systematic);
   if (!CloseLoopAt(map, newest, uncertainty, context, report)) {
     report->covariance = uncertainty.CovarianceOf(newest);
     return;
   }
-  const MapUncertainty closed(*map, TiesOf(*map, context.bundle), context.systematic);
+  const MapUncertainty closed(*map, TiesOf(*map, context.model), context.systematic);
   report->covariance = closed.CovarianceOf(newest);
 }
 
 }  // namespace
 
-std::vector<std::string> LocalMapperOptions::Problems() const {
+std::vector<std::string> MapperOptions::Problems() const {
   std::vector<std::string> problems;
   if (triangulation_neighbors < 1) problems.emplace_back("triangulation_neighbors must be at least 1");
   if (window < 1) problems.emplace_back("window must be at least 1");
@@ -111,7 +111,7 @@ MappingOutcome MapKeyframe(Map map, const KeyframeProposal& proposal, const Mapp
   Keyframe keyframe = proposal.keyframe;
   DropMissingLandmarks(map, &keyframe);
   if (proposal.odometry.has_value()) {
-    keyframe.odometry_link = OdometryLink{std::prev(map.keyframes.end())->first, *proposal.odometry};
+    keyframe.odometry_link = MotionLink{std::prev(map.keyframes.end())->first, *proposal.odometry};
   }
   MapEdit arrival{proposal.sightings, AddKeyframe{id, std::move(keyframe)}};
   arrival.insert(arrival.end(), proposal.sweeps.begin(), proposal.sweeps.end());
@@ -126,7 +126,7 @@ MappingOutcome MapKeyframe(Map map, const KeyframeProposal& proposal, const Mapp
   map = Apply(std::move(map), recent);
   report.landmarks_culled = static_cast<int>(before - map.landmarks.size());
 
-  const LocalMapperOptions& o = context.options;
+  const MapperOptions& o = context.options;
   for (const KeyframeId neighbor : Neighbors(map, id, o.triangulation_neighbors, o.link_neighbors, o.min_shared)) {
     const MapEdit edit = TriangulateWith(map, id, neighbor, context);
     report.triangulated += static_cast<int>(edit.size());
@@ -134,7 +134,7 @@ MappingOutcome MapKeyframe(Map map, const KeyframeProposal& proposal, const Mapp
   }
   report.fused = FuseWithNeighbors(&map, id, context);
 
-  const BundleResult bundle = AdjustBundle(map, LocalRequest(map, id, o), context.bundle);
+  const BundleResult bundle = AdjustBundle(map, LocalRequest(map, id, o), context.model);
   map = Apply(std::move(map), ToEdit(bundle));
   report.bundle = WithoutValues(bundle);
 
@@ -145,7 +145,7 @@ MappingOutcome MapKeyframe(Map map, const KeyframeProposal& proposal, const Mapp
   return {std::move(map), std::move(report)};
 }
 
-MappingOutcome AdjustWholeMap(Map map, const BundleContext& context) {
+MappingOutcome AdjustWholeMap(Map map, const MeasurementModel& context) {
   const BundleResult bundle = AdjustBundle(map, WholeMapRequest(map), context);
   MappingReport report;
   report.bundle = WithoutValues(bundle);

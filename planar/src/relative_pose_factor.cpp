@@ -1,11 +1,11 @@
-#include "planar_vslam/planar/odometry_factor.h"
+#include "planar_vslam/planar/relative_pose_factor.h"
 
 #include "planar_vslam/planar/pose_manifold.h"
 
 namespace planar_vslam {
 
-Vector6d OdometryResidual(const Rigid3& T_map_i, const Rigid3& T_map_j, const Rigid3& T_i_j_measured, Matrix6d* J_i,
-                          Matrix6d* J_j) {
+Vector6d RelativePoseResidual(const Rigid3& T_map_i, const Rigid3& T_map_j, const Rigid3& T_i_j_measured, Matrix6d* J_i,
+                              Matrix6d* J_j) {
   const Rigid3 T_i_j = T_map_i.Inverse() * T_map_j;
   const Vector6d e = LogSe3(T_i_j_measured.Inverse() * T_i_j);
   if (J_i == nullptr && J_j == nullptr) return e;
@@ -18,15 +18,15 @@ Vector6d OdometryResidual(const Rigid3& T_map_i, const Rigid3& T_map_j, const Ri
 }
 
 template <int Rows>
-bool OdometryFactor<Rows>::Evaluate(double const* const* parameters, double* residuals, double** jacobians) const {
+bool RelativePoseFactor<Rows>::Evaluate(double const* const* parameters, double* residuals, double** jacobians) const {
   const Rigid3 T_map_i = LoadPose(parameters[0]);
   const Rigid3 T_map_j = LoadPose(parameters[1]);
   double* out_i = jacobians != nullptr ? jacobians[0] : nullptr;
   double* out_j = jacobians != nullptr ? jacobians[1] : nullptr;
 
   Matrix6d J_i, J_j;
-  const Vector6d e =
-      OdometryResidual(T_map_i, T_map_j, T_i_j_, out_i != nullptr ? &J_i : nullptr, out_j != nullptr ? &J_j : nullptr);
+  const Vector6d e = RelativePoseResidual(T_map_i, T_map_j, T_i_j_, out_i != nullptr ? &J_i : nullptr,
+                                          out_j != nullptr ? &J_j : nullptr);
   Eigen::Map<Eigen::Matrix<double, Rows, 1>>(residuals).noalias() = sqrt_information_ * e;
   using JacobianMap = Eigen::Map<Eigen::Matrix<double, Rows, kPoseBlockSize, Eigen::RowMajor>>;
   if (out_i != nullptr) {
@@ -40,7 +40,7 @@ bool OdometryFactor<Rows>::Evaluate(double const* const* parameters, double* res
   return true;
 }
 
-template class OdometryFactor<3>;
-template class OdometryFactor<6>;
+template class RelativePoseFactor<3>;
+template class RelativePoseFactor<6>;
 
 }  // namespace planar_vslam

@@ -14,7 +14,7 @@
 
 namespace planar_vslam {
 
-struct LocalMapperOptions {
+struct MapperOptions {
   int triangulation_neighbors = 8;  // covisible keyframes new points are triangulated with
   int link_neighbors = 3;           // ...and keyframes before it along the odometry chain
   int fusion_neighbors = 12;
@@ -37,8 +37,8 @@ struct LocalMapperOptions {
 };
 
 struct MapperContext {
-  BundleContext bundle;
-  LocalMapperOptions options;
+  MeasurementModel model;
+  MapperOptions options;
   ScanMatchOptions scan_match;
   SystematicErrors systematic = {};
   LoopOptions loop = {};
@@ -48,10 +48,10 @@ struct MapperContext {
 // here from `odometry` and the newest keyframe of the map.
 struct KeyframeProposal {
   Keyframe keyframe;
-  std::optional<PreintegratedOdometry> odometry;  // since the keyframe proposed before
-  CountSightings sightings;                       // since the proposal before
-  std::vector<AddSweeps> sweeps;                  // likewise
-  std::optional<Timestamp> off_floor_since;       // keyframes from then on were not on the floor
+  std::optional<PlanarMotion> odometry;      // since the keyframe proposed before
+  CountSightings sightings;                  // since the proposal before
+  std::vector<AddSweeps> sweeps;             // likewise
+  std::optional<Timestamp> off_floor_since;  // keyframes from then on were not on the floor
 };
 
 // Where a culled keyframe was, relative to one that remains: trajectories are re-anchored with it.
@@ -87,6 +87,6 @@ struct MappingOutcome {
 MappingOutcome MapKeyframe(Map map, const KeyframeProposal& proposal, const MapperContext& context);
 
 // Bundle adjustment of the whole map.
-MappingOutcome AdjustWholeMap(Map map, const BundleContext& context);
+MappingOutcome AdjustWholeMap(Map map, const MeasurementModel& context);
 
 }  // namespace planar_vslam

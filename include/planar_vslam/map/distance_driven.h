@@ -6,13 +6,13 @@
 
 namespace planar_vslam {
 
-class Way {
+class DistanceDriven {
  public:
   // m driven, after which seeing the same is a return.
   static constexpr double kReturn = 5.0;
 
   // The map must outlive it.
-  explicit Way(const Map& map);
+  explicit DistanceDriven(const Map& map);
 
   // m from the one to the later other, keyframe by keyframe.
   double Between(KeyframeId earlier, KeyframeId later) const { return driven_[later.value] - driven_[earlier.value]; }

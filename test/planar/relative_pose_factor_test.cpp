@@ -1,4 +1,4 @@
-#include "planar_vslam/planar/odometry_factor.h"
+#include "planar_vslam/planar/relative_pose_factor.h"
 
 #include <array>
 
@@ -12,7 +12,7 @@ namespace planar_vslam::test {
 namespace {
 
 Matrix6d SomeCovariance() {
-  PreintegratedOdometry odometry;
+  PlanarMotion odometry;
   odometry.T_i_j = Rigid2(0.4, 0.1, 0.6);
   odometry.covariance << 4e-4, 1e-4, -5e-5, 1e-4, 6e-4, 2e-4, -5e-5, 2e-4, 3e-4;
   odometry.distance = 0.5;
@@ -38,67 +38,68 @@ std::vector<Case> Cases(double error) {
   return cases;
 }
 
-TEST(OdometryFactor, ResidualIsZeroAtTruth) {
+TEST(RelativePoseFactor, ResidualIsZeroAtTruth) {
   for (const Case& c : Cases(0.0)) {
-    EXPECT_LT(OdometryResidual(c.T_map_i, c.T_map_j, c.T_i_j_measured, nullptr, nullptr).norm(), 1e-13);
+    EXPECT_LT(RelativePoseResidual(c.T_map_i, c.T_map_j, c.T_i_j_measured, nullptr, nullptr).norm(), 1e-13);
   }
 }
 
-TEST(OdometryFactor, ResidualIsThePerturbationAtJ) {
+TEST(RelativePoseFactor, ResidualIsThePerturbationAtJ) {
   std::mt19937 generator(4);
   for (const Case& c : Cases(0.0)) {
     const Vector6d d = RandomTangent(generator, 0.8);
     const Rigid3 T_map_j = c.T_map_j * ExpSe3(d);
-    EXPECT_LT((OdometryResidual(c.T_map_i, T_map_j, c.T_i_j_measured, nullptr, nullptr) - d).norm(), 1e-11);
+    EXPECT_LT((RelativePoseResidual(c.T_map_i, T_map_j, c.T_i_j_measured, nullptr, nullptr) - d).norm(), 1e-11);
   }
 }
 
-TEST(OdometryFactor, ResidualDoesNotDependOnTheMapFrame) {
+TEST(RelativePoseFactor, ResidualDoesNotDependOnTheMapFrame) {
   const Rigid3 T_new_map = FromYaw(3.0, 10.0, -20.0) * ExpSe3(0.3 * Vector6d::Ones());
   for (const Case& c : Cases(0.4)) {
-    const Vector6d e = OdometryResidual(c.T_map_i, c.T_map_j, c.T_i_j_measured, nullptr, nullptr);
+    const Vector6d e = RelativePoseResidual(c.T_map_i, c.T_map_j, c.T_i_j_measured, nullptr, nullptr);
     const Vector6d moved =
-        OdometryResidual(T_new_map * c.T_map_i, T_new_map * c.T_map_j, c.T_i_j_measured, nullptr, nullptr);
+        RelativePoseResidual(T_new_map * c.T_map_i, T_new_map * c.T_map_j, c.T_i_j_measured, nullptr, nullptr);
     EXPECT_LT((e - moved).norm(), 1e-11);
   }
 }
 
-TEST(OdometryFactor, HasNoJumpAtTheHeadingSeam) {
+TEST(RelativePoseFactor, HasNoJumpAtTheHeadingSeam) {
   const Rigid3 T_i_j = FromYaw(0.2, 0.3, 0.0);
   for (const double yaw : {M_PI - 0.2, M_PI - 0.1, M_PI - 1e-12, M_PI, -M_PI, -M_PI + 1e-12, -M_PI + 0.1}) {
     const Rigid3 T_map_i = FromYaw(WrapAngle(yaw), 2.0, 1.0);
     const Rigid3 T_map_j = T_map_i * FromYaw(0.2 + 0.01, 0.3, 0.0);
-    const Vector6d e = OdometryResidual(T_map_i, T_map_j, T_i_j, nullptr, nullptr);
+    const Vector6d e = RelativePoseResidual(T_map_i, T_map_j, T_i_j, nullptr, nullptr);
     EXPECT_LT((e - 0.01 * Vector6d::Unit(5)).norm(), 1e-12) << yaw;
   }
 }
 
-TEST(OdometryFactor, GradientsAreRight) {
+TEST(RelativePoseFactor, GradientsAreRight) {
   const Matrix6d S = SquareRootInformation(SomeCovariance());
-  for (const Case& c : Cases(0.7)) ExpectGradientsRight(OdometryFactor<6>(c.T_i_j_measured, S), c.Blocks());
-  for (const Case& c : Cases(0.0)) ExpectGradientsRight(OdometryFactor<6>(c.T_i_j_measured, S), c.Blocks());
+  for (const Case& c : Cases(0.7)) ExpectGradientsRight(RelativePoseFactor<6>(c.T_i_j_measured, S), c.Blocks());
+  for (const Case& c : Cases(0.0)) ExpectGradientsRight(RelativePoseFactor<6>(c.T_i_j_measured, S), c.Blocks());
 }
 
-TEST(OdometryFactor, EqualsItsAutomaticTwin) {
+TEST(RelativePoseFactor, EqualsItsAutomaticTwin) {
   const Matrix6d S = SquareRootInformation(SomeCovariance());
   for (const double error : {0.0, 1e-5, 0.7}) {
     for (const Case& c : Cases(error)) {
       const ceres::AutoDiffCostFunction<OdometryTwin, 6, 7, 7> twin(new OdometryTwin{c.T_i_j_measured, S});
-      ExpectTwins(OdometryFactor<6>(c.T_i_j_measured, S), twin, c.Blocks());
+      ExpectTwins(RelativePoseFactor<6>(c.T_i_j_measured, S), twin, c.Blocks());
     }
   }
 }
 
 // The covariance of a lifted link has no terms between the two parts: their costs add up to that of the whole.
-TEST(OdometryFactor, PartsHaveRightGradientsAndAddUpToTheWhole) {
+TEST(RelativePoseFactor, PartsHaveRightGradientsAndAddUpToTheWhole) {
   const Matrix6d S = SquareRootInformation(SomeCovariance());
   for (const double error : {0.0, 0.7}) {
     for (const Case& c : Cases(error)) {
-      const OdometryFactor<3> planar(c.T_i_j_measured, S(kPlanarRows, Eigen::all));
-      const OdometryFactor<3> floor(c.T_i_j_measured, S(kFloorRows, Eigen::all));
+      const RelativePoseFactor<3> planar(c.T_i_j_measured, S(kPlanarRows, Eigen::all));
+      const RelativePoseFactor<3> floor(c.T_i_j_measured, S(kFloorRows, Eigen::all));
       ExpectGradientsRight(planar, c.Blocks());
       ExpectGradientsRight(floor, c.Blocks());
-      const double whole = EvaluateLocal(OdometryFactor<6>(c.T_i_j_measured, S), c.Blocks()).residuals.squaredNorm();
+      const double whole =
+          EvaluateLocal(RelativePoseFactor<6>(c.T_i_j_measured, S), c.Blocks()).residuals.squaredNorm();
       const double parts = EvaluateLocal(planar, c.Blocks()).residuals.squaredNorm() +
                            EvaluateLocal(floor, c.Blocks()).residuals.squaredNorm();
       EXPECT_NEAR(parts, whole, 1e-9 * (1.0 + whole));
@@ -107,11 +108,11 @@ TEST(OdometryFactor, PartsHaveRightGradientsAndAddUpToTheWhole) {
 }
 
 // What tips a robot over on the spot, as a ramp does, is nothing the wheels measure, and the other way round.
-TEST(OdometryFactor, TiltIsNoneOfTheWheelsBusiness) {
+TEST(RelativePoseFactor, TiltIsNoneOfTheWheelsBusiness) {
   const Matrix6d S = SquareRootInformation(SomeCovariance());
   const Rigid3 T_i_j = FromYaw(0.2, 0.5, 0.1);
   const auto Residuals = [&](const std::array<int, 3>& rows, const Vector6d& d) {
-    const OdometryFactor<3> part(T_i_j, S(rows, Eigen::all));
+    const RelativePoseFactor<3> part(T_i_j, S(rows, Eigen::all));
     return EvaluateLocal(part, {ToBlock(Rigid3()), ToBlock(T_i_j * ExpSe3(d))}).residuals.norm();
   };
   const Vector6d tipped = 0.1 * Vector6d::Unit(4), slipped = 0.1 * Vector6d::Unit(0) + 0.1 * Vector6d::Unit(5);
@@ -121,11 +122,11 @@ TEST(OdometryFactor, TiltIsNoneOfTheWheelsBusiness) {
   EXPECT_GT(Residuals(kPlanarRows, slipped), 1.0);
 }
 
-TEST(OdometryFactor, FillsOnlyTheJacobiansAskedFor) {
+TEST(RelativePoseFactor, FillsOnlyTheJacobiansAskedFor) {
   const Case c = Cases(0.3)[5];
   const std::vector<Block> blocks = c.Blocks();
   const double* parameters[2] = {blocks[0].data(), blocks[1].data()};
-  const OdometryFactor<6> factor(c.T_i_j_measured, SquareRootInformation(SomeCovariance()));
+  const RelativePoseFactor<6> factor(c.T_i_j_measured, SquareRootInformation(SomeCovariance()));
   const Evaluation all = EvaluateLocal(factor, blocks);
 
   Vector6d residuals;
@@ -144,7 +145,7 @@ TEST(OdometryFactor, FillsOnlyTheJacobiansAskedFor) {
 
 // The paper writes the residual between camera poses. With its covariance taken through the adjoint it is the same
 // cost, also while the head turns between i and j.
-TEST(OdometryFactor, CameraFormHasTheSameCost) {
+TEST(RelativePoseFactor, CameraFormHasTheSameCost) {
   std::mt19937 generator(5);
   const Matrix6d covariance = SomeCovariance();
   for (const Case& c : Cases(0.3)) {
@@ -153,9 +154,9 @@ TEST(OdometryFactor, CameraFormHasTheSameCost) {
     const Rigid3 T_ci_cj = T_base_camera_i.Inverse() * c.T_i_j_measured * T_base_camera_j;
     const Matrix6d adjoint = AdjointSe3(T_base_camera_j.Inverse());
 
-    const Vector6d base = OdometryResidual(c.T_map_i, c.T_map_j, c.T_i_j_measured, nullptr, nullptr);
+    const Vector6d base = RelativePoseResidual(c.T_map_i, c.T_map_j, c.T_i_j_measured, nullptr, nullptr);
     const Vector6d camera =
-        OdometryResidual(c.T_map_i * T_base_camera_i, c.T_map_j * T_base_camera_j, T_ci_cj, nullptr, nullptr);
+        RelativePoseResidual(c.T_map_i * T_base_camera_i, c.T_map_j * T_base_camera_j, T_ci_cj, nullptr, nullptr);
     EXPECT_LT((camera - adjoint * base).norm(), 1e-10);
 
     const Matrix6d S_base = SquareRootInformation(covariance);
@@ -166,18 +167,18 @@ TEST(OdometryFactor, CameraFormHasTheSameCost) {
 }
 
 // What goes wrong without the adjoint: optical axes are not the base's, so drift along x is weighed as drift in height.
-TEST(OdometryFactor, CameraFormNeedsTheAdjoint) {
+TEST(RelativePoseFactor, CameraFormNeedsTheAdjoint) {
   const Rigid3 T_base_camera(Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5), Eigen::Vector3d(0.1, 0.0, 0.9));
   const Rigid3 T_i_j = FromYaw(0.0, 0.5, 0.0);
   const Rigid3 T_map_j = T_i_j * FromYaw(0.0, 0.03, 0.0);
   const Matrix6d S_base = SquareRootInformation(SomeCovariance());
-  const Vector6d base = OdometryResidual(Rigid3(), T_map_j, T_i_j, nullptr, nullptr);
-  const Vector6d camera = OdometryResidual(T_base_camera, T_map_j * T_base_camera,
-                                           T_base_camera.Inverse() * T_i_j * T_base_camera, nullptr, nullptr);
+  const Vector6d base = RelativePoseResidual(Rigid3(), T_map_j, T_i_j, nullptr, nullptr);
+  const Vector6d camera = RelativePoseResidual(T_base_camera, T_map_j * T_base_camera,
+                                               T_base_camera.Inverse() * T_i_j * T_base_camera, nullptr, nullptr);
   EXPECT_GT((S_base * camera).squaredNorm(), 2.0 * (S_base * base).squaredNorm());
 }
 
-TEST(OdometryFactor, SolverFindsTheMeasuredPoseAgain) {
+TEST(RelativePoseFactor, SolverFindsTheMeasuredPoseAgain) {
   const Rigid3 T_map_i = FromYaw(M_PI - 0.05, 3.0, 2.0);
   const Rigid3 T_i_j = FromYaw(0.1, 0.4, 0.02);
   std::mt19937 generator(6);
@@ -187,8 +188,8 @@ TEST(OdometryFactor, SolverFindsTheMeasuredPoseAgain) {
     ceres::Problem::Options ownership;
     ownership.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
     ceres::Problem problem(ownership);
-    problem.AddResidualBlock(new OdometryFactor<6>(T_i_j, SquareRootInformation(SomeCovariance())), nullptr, i.data(),
-                             j.data());
+    problem.AddResidualBlock(new RelativePoseFactor<6>(T_i_j, SquareRootInformation(SomeCovariance())), nullptr,
+                             i.data(), j.data());
     problem.AddResidualBlock(new PlanarPriorFactor(0.01, DegreesToRadians(0.5)), nullptr, j.data());
     problem.SetManifold(i.data(), &manifold);
     problem.SetManifold(j.data(), &manifold);
