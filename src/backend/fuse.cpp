@@ -70,4 +70,27 @@ MapEdit FuseInto(const Map& map, const std::vector<LandmarkId>& landmarks, Keyfr
   return edit;
 }
 
+MapEdit FuseWithNeighbors(Map* map, KeyframeId id, const MapperContext& context) {
+  const MapperOptions& o = context.options;
+  const std::vector<KeyframeId> neighbors =
+      WithNearby(*map, id, Neighbors(*map, id, o.fusion_neighbors, 1, o.min_shared), o);
+  MapEdit done;
+  const auto take = [map, &done](const MapEdit& edit) {
+    *map = Apply(std::move(*map), edit);
+    done.insert(done.end(), edit.begin(), edit.end());
+  };
+  for (const KeyframeId neighbor : neighbors) {
+    take(FuseInto(*map, LandmarksSeen(map->keyframes.At(id)), neighbor, context));
+  }
+  std::vector<LandmarkId> theirs;
+  for (const KeyframeId neighbor : neighbors) {
+    const std::vector<LandmarkId> seen = LandmarksSeen(map->keyframes.At(neighbor));
+    theirs.insert(theirs.end(), seen.begin(), seen.end());
+  }
+  std::sort(theirs.begin(), theirs.end());
+  theirs.erase(std::unique(theirs.begin(), theirs.end()), theirs.end());
+  take(FuseInto(*map, theirs, id, context));
+  return done;
+}
+
 }  // namespace planar_vslam

@@ -20,70 +20,12 @@ void DropMissingLandmarks(const Map& map, Keyframe* keyframe) {
   }
 }
 
-int FuseWithNeighbors(Map* map, KeyframeId newest, const MapperContext& context) {
-  const MapperOptions& o = context.options;
-  const std::vector<KeyframeId> neighbors =
-      WithNearby(*map, newest, Neighbors(*map, newest, o.fusion_neighbors, 1, o.min_shared), o);
-  int steps = 0;
-  for (const KeyframeId neighbor : neighbors) {
-    const MapEdit edit = FuseInto(*map, LandmarksSeen(map->keyframes.At(newest)), neighbor, context);
-    steps += static_cast<int>(edit.size());
-    *map = Apply(std::move(*map), edit);
-  }
-  std::vector<LandmarkId> theirs;
-  for (const KeyframeId neighbor : neighbors) {
-    const std::vector<LandmarkId> seen = LandmarksSeen(map->keyframes.At(neighbor));
-    theirs.insert(theirs.end(), seen.begin(), seen.end());
-  }
-  std::sort(theirs.begin(), theirs.end());
-  theirs.erase(std::unique(theirs.begin(), theirs.end()), theirs.end());
-  const MapEdit edit = FuseInto(*map, theirs, newest, context);
-  *map = Apply(std::move(*map), edit);
-  return steps + static_cast<int>(edit.size());
-}
-
 SetOffFloor OffFloorSince(const Map& map, Timestamp since) {
   SetOffFloor off;
   for (const auto& [id, keyframe] : map.keyframes) {
     if (keyframe.stamp >= since) off.ids.push_back(id);
   }
   return off;
-}
-
-BundleResult WithoutValues(BundleResult result) {
-  result.poses.clear();
-  result.points.clear();
-  result.outliers.clear();
-  return result;
-}
-
-// Closes the loop that the newest keyframe shows, if it does.
-bool CloseLoopAt(Map* map, KeyframeId newest, const MapUncertainty& uncertainty, const MapperContext& context,
-                 MappingReport* report) {
-  const std::optional<Loop> loop = FindLoop(*map, newest, uncertainty, context.model, context.loop);
-  if (!loop.has_value()) return false;
-  std::optional<Map> closed = CloseLoop(*map, *loop, context.model);
-  if (!closed.has_value()) return false;
-  const Rigid3 T_map_before = map->keyframes.At(newest).T_map_base;
-  *map = std::move(*closed);
-  for (const LoopView& view : loop->views) FuseWithNeighbors(map, view.keyframe, context);
-  const MapEdit laser = LinkByLaser(*map, newest, context.scan_match);
-  *map = Apply(std::move(*map), laser);
-  const BundleResult bundle = AdjustBundle(*map, WholeMapRequest(*map), context.model);
-  *map = Apply(std::move(*map), ToEdit(bundle));
-  report->loop = ClosedLoop{loop->old, T_map_before.Inverse() * map->keyframes.At(newest).T_map_base};
-  return true;
-}
-
-// How well the map knows where the newest keyframe stands, once a loop that ends there is closed.
-void LookBack(Map* map, KeyframeId newest, const MapperContext& context, MappingReport* report) {
-  const MapUncertainty uncertainty(*map, TiesOf(*map, context.model), context.systematic);
-  if (!CloseLoopAt(map, newest, uncertainty, context, report)) {
-    report->covariance = uncertainty.CovarianceOf(newest);
-    return;
-  }
-  const MapUncertainty closed(*map, TiesOf(*map, context.model), context.systematic);
-  report->covariance = closed.CovarianceOf(newest);
 }
 
 }  // namespace
@@ -104,8 +46,9 @@ std::vector<std::string> MapperOptions::Problems() const {
   return problems;
 }
 
-MappingOutcome MapKeyframe(Map map, const KeyframeProposal& proposal, const MapperContext& context) {
+MappingOutcome MapKeyframe(const Map& snapshot, const KeyframeProposal& proposal, const MapperContext& context) {
   MappingReport report;
+  Map map = snapshot;
   const KeyframeId id{map.next_keyframe_id};
   report.keyframe = id;
   Keyframe keyframe = proposal.keyframe;
@@ -132,24 +75,14 @@ MappingOutcome MapKeyframe(Map map, const KeyframeProposal& proposal, const Mapp
     report.triangulated += static_cast<int>(edit.size());
     map = Apply(std::move(map), edit);
   }
-  report.fused = FuseWithNeighbors(&map, id, context);
+  report.fused = static_cast<int>(FuseWithNeighbors(&map, id, context).size());
 
   const BundleResult bundle = AdjustBundle(map, LocalRequest(map, id, o), context.model);
   map = Apply(std::move(map), ToEdit(bundle));
-  report.bundle = WithoutValues(bundle);
-
-  if (map.metric) LookBack(&map, id, context, &report);
+  report.bundle = bundle;
 
   const MapEdit redundant = CullKeyframes(map, id, o, &report.keyframes_culled);
   map = Apply(std::move(map), redundant);
-  return {std::move(map), std::move(report)};
-}
-
-MappingOutcome AdjustWholeMap(Map map, const MeasurementModel& context) {
-  const BundleResult bundle = AdjustBundle(map, WholeMapRequest(map), context);
-  MappingReport report;
-  report.bundle = WithoutValues(bundle);
-  map = Apply(std::move(map), ToEdit(bundle));
   return {std::move(map), std::move(report)};
 }
 

@@ -23,6 +23,8 @@ MapEdit TriangulateWith(const Map& map, KeyframeId newest, KeyframeId neighbor, 
 // Projects `landmarks` into `target`: a free keypoint gains the observation, a taken one merges the two landmarks.
 MapEdit FuseInto(const Map& map, const std::vector<LandmarkId>& landmarks, KeyframeId target,
                  const MapperContext& context);
+// Both ways between the keyframe and those around it. Returns what it did to the map, in order.
+MapEdit FuseWithNeighbors(Map* map, KeyframeId id, const MapperContext& context);
 BundleRequest LocalRequest(const Map& map, KeyframeId newest, const MapperOptions& options);
 MapEdit CullKeyframes(const Map& map, KeyframeId newest, const MapperOptions& options,
                       std::vector<CulledKeyframe>* culled);

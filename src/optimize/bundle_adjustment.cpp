@@ -46,7 +46,7 @@ class BundleProblem {
     if (context.planar.floor_points && context.planar.mode != PlanarMode::kOff && map.metric) FindFloor();
   }
 
-  bool empty() const { return observations_.empty(); }
+  std::size_t observation_count() const { return observations_.size(); }
 
   bool Solve(int max_iterations, BundleResult* result) {
     ceres::Problem::Options options;
@@ -268,10 +268,11 @@ std::vector<std::string> BundleOptions::Problems() const {
 BundleResult AdjustBundle(const Map& map, const BundleRequest& request, const MeasurementModel& context) {
   BundleResult result;
   BundleProblem problem(map, request, context);
-  if (problem.empty() || request.free_keyframes.empty()) {
+  if (problem.observation_count() == 0 || request.free_keyframes.empty()) {
     result.message = "nothing to adjust";
     return result;
   }
+  result.observations = problem.observation_count();
   result.converged = problem.Solve(context.options.max_iterations, &result);
   problem.Classify();
   if (result.converged && context.options.drop_outliers) {

@@ -3,18 +3,10 @@
 #include <algorithm>
 #include <chrono>
 
+#include "planar_vslam/geometry/stopwatch.h"
+
 namespace planar_vslam {
 namespace {
-
-class Stopwatch {
- public:
-  double Milliseconds() const {
-    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_).count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 MeasurementModel MakeMeasurementModel(const PipelineOptions& options, const CameraModel& camera,
                                       bool has_base_transform) {
@@ -283,10 +275,14 @@ void SlamSystem::Propose(const FramePacket& packet, const FrameFeaturesPtr& feat
   since_keyframe_.reset();
   if (!packet.odometry.empty() || packet.T_odom_base.has_value()) since_keyframe_ = PlanarMotion{};
 
-  auto task = std::make_shared<std::packaged_task<MappingOutcome()>>(
+  auto task = std::make_shared<std::packaged_task<std::pair<MappingOutcome, LookBackOutcome>()>>(
       [snapshot = map_, proposal = std::move(proposal),
-       context = MapperContext{bundle_, options_.mapper, options_.scan_match, options_.scale.systematic,
-                               options_.loop}] { return MapKeyframe(*snapshot, proposal, context); });
+       context =
+           MapperContext{bundle_, options_.mapper, options_.scan_match, options_.scale.systematic, options_.loop}] {
+        MappingOutcome mapped = MapKeyframe(*snapshot, proposal, context);
+        LookBackOutcome back = LookBack(mapped.map, mapped.report.keyframe, context);
+        return std::make_pair(std::move(mapped), std::move(back));
+      });
   pending_ = Pending{task->get_future(), packet.image.stamp, result.T_map_base};
   executor_->Submit([task] { (*task)(); });
   CollectMapping(false);
@@ -295,18 +291,18 @@ void SlamSystem::Propose(const FramePacket& packet, const FrameFeaturesPtr& feat
 void SlamSystem::CollectMapping(bool wait) {
   if (!pending_.has_value()) return;
   if (!wait && pending_->outcome.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
-  MappingOutcome outcome = pending_->outcome.get();
+  auto [outcome, back] = pending_->outcome.get();
   const Rigid3 T_keyframe_last = pending_->T_map_base.Inverse() * T_map_base_last_;
   const Timestamp stamp = pending_->stamp;
   pending_.reset();
-  map_ = std::make_shared<const Map>(std::move(outcome.map));
+  map_ = back.closed.has_value() ? back.closed->map : std::make_shared<const Map>(std::move(outcome.map));
   trajectory_.OnCulled(outcome.report.keyframes_culled);
   trajectory_.Reanchor(stamp, outcome.report.keyframe);
   ++report_.keyframes_made;
-  if (outcome.report.loop.has_value()) report_.loops.emplace_back(stamp, *outcome.report.loop);
+  if (back.closed.has_value()) report_.loops.emplace_back(stamp, back.closed->loop);
   report_.keyframes_culled += static_cast<long>(outcome.report.keyframes_culled.size());
   tracker_.OnKeyframe(*map_, outcome.report.keyframe, T_keyframe_last);
-  keyframe_covariance_ = outcome.report.covariance;
+  keyframe_covariance_ = back.covariance;
   covariance_of_ = outcome.report.keyframe;
   AssessMapScale();
   TryScaleRecovery(stamp);
@@ -321,8 +317,8 @@ void SlamSystem::Finish() {
   MeasurementModel context = bundle_;
   constexpr int kFinalIterations = 30;
   context.options.max_iterations = std::max(context.options.max_iterations, kFinalIterations);
-  MappingOutcome outcome = AdjustWholeMap(*map_, context);
-  map_ = std::make_shared<const Map>(std::move(outcome.map));
+  Expected<AdjustedMap> adjusted = AdjustWholeMap(*map_, context);
+  if (adjusted.ok()) map_ = std::make_shared<const Map>(std::move(adjusted->map));
   AssessMapScale();
 }
 

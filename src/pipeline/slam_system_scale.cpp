@@ -66,8 +66,8 @@ void SlamSystem::ApplyScale(Timestamp stamp, double log_scale) {
   const double scale = report_.scale->applied;
   Map scaled = ScaledToMetric(*map_, scale);
   trajectory_.OnScaled(scaled, scale);
-  MappingOutcome outcome = AdjustWholeMap(std::move(scaled), bundle_);
-  map_ = std::make_shared<const Map>(std::move(outcome.map));
+  Expected<AdjustedMap> adjusted = AdjustWholeMap(scaled, bundle_);
+  map_ = std::make_shared<const Map>(adjusted.ok() ? std::move(adjusted->map) : std::move(scaled));
   tracker_.OnMapScaled(*map_, scale);
   AssessMapScale();
 }

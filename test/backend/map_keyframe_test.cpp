@@ -71,8 +71,6 @@ TEST_F(MapKeyframeTest, AddsTheKeyframeWithMatchesAndOdometryLink) {
   EXPECT_GT(static_cast<double>(seen), 0.9 * static_cast<double>(proposal.keyframe.landmarks.size()));
   EXPECT_LT((added.T_map_base.translation - test::SyntheticPose(kNewest).translation).norm(), 0.01);
   EXPECT_TRUE(outcome.report.keyframes_culled.empty());
-  EXPECT_TRUE(outcome.report.bundle.poses.empty() && outcome.report.bundle.points.empty())
-      << "a report carries no values";
 }
 
 TEST_F(MapKeyframeTest, WithdrawsTheFloorFromKeyframesMadeSinceItWasLeft) {
@@ -310,7 +308,7 @@ TEST_F(MapKeyframeTest, AManyKeyframeDriveStaysSoundAndAccurate) {
     proposal.keyframe = {
         Timestamp::FromSeconds(10.0 + k), T_map_base, world_.T_base_camera, view.features, view.landmarks, {}};
     proposal.odometry = test::ExactOdometry(world_, test::SyntheticPose(x), T_map_base);
-    MappingOutcome outcome = MapKeyframe(std::move(map_), proposal, context_);
+    MappingOutcome outcome = MapKeyframe(map_, proposal, context_);
     x += 0.25;
     at[outcome.report.keyframe] = x;
     map_ = std::move(outcome.map);
@@ -320,14 +318,6 @@ TEST_F(MapKeyframeTest, AManyKeyframeDriveStaysSoundAndAccurate) {
   for (const auto& [id, keyframe] : map_.keyframes) {
     EXPECT_LT((keyframe.T_map_base.translation - test::SyntheticPose(at.at(id)).translation).norm(), 0.02) << id.value;
   }
-}
-
-TEST_F(MapKeyframeTest, WholeMapAdjustmentPullsAPerturbedMapToTheTruth) {
-  const Map perturbed = test::Perturbed(world_, 0.02, 0.005, 0.03, 11);
-  const MappingOutcome outcome = AdjustWholeMap(perturbed, context_.model);
-  EXPECT_TRUE(Validate(outcome.map).empty());
-  EXPECT_TRUE(outcome.report.bundle.converged);
-  EXPECT_LT(MeanPositionError(outcome.map), 0.2 * MeanPositionError(perturbed));
 }
 
 TEST(MapperOptions, NameWhatIsWrong) {

@@ -16,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include "planar_vslam/geometry/expected.h"
 #include "planar_vslam/map/map_edit.h"
 #include "planar_vslam/optimize/map_uncertainty.h"
 #include "planar_vslam/optimize/pose_graph.h"
@@ -48,8 +49,13 @@ struct Loop {
 std::optional<Loop> FindLoop(const Map& map, KeyframeId newest, const MapUncertainty& uncertainty,
                              const MeasurementModel& context, const LoopOptions& options);
 
+struct BentMap {
+  Map map;
+  MapEdit structure;  // what was done to it beside moving keyframes and landmarks, in order
+};
+
 // The map with poses, landmarks and observations as the loop says; not yet adjusted. Steps of the wheels that the loop
-// contradicts are gone. Nothing where the pose graph has no solution.
-std::optional<Map> CloseLoop(Map map, const Loop& loop, const MeasurementModel& context);
+// contradicts are gone. `ties` are those of the map. Error: why the pose graph has no solution.
+Expected<BentMap> CloseLoop(Map map, const Loop& loop, const std::vector<MapTie>& ties);
 
 }  // namespace planar_vslam

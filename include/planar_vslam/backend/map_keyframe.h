@@ -1,7 +1,7 @@
 #pragma once
 // What happens to the map when a keyframe arrives: it is added, linked to earlier ones by matching their laser sweeps,
 // recent landmarks are culled, new ones triangulated with its neighbours, duplicates fused, the neighbourhood
-// bundle-adjusted, a loop that ends there closed, redundant keyframes culled.
+// bundle-adjusted, redundant keyframes culled. Loops are another job (look_back.h).
 #include <string>
 #include <vector>
 
@@ -62,21 +62,14 @@ struct CulledKeyframe {
   Rigid3 T_anchor_camera, T_culled_camera;  // their extrinsics: a rescaled map scales camera motion only
 };
 
-struct ClosedLoop {
-  KeyframeId old;         // keyframe of the place that was recognised
-  Rigid3 T_before_after;  // how far the newest keyframe was off, and the map with it
-};
-
 struct MappingReport {
   KeyframeId keyframe;
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  // of its pose in the map (map_uncertainty.h)
-  std::optional<ClosedLoop> loop;
   int laser_links = 0;
   int triangulated = 0;
   int fused = 0;
   int landmarks_culled = 0;
   std::vector<CulledKeyframe> keyframes_culled;
-  BundleResult bundle;  // without the values
+  BundleSummary bundle;  // of the neighbourhood: where it failed the map is as before it, and `message` says why
 };
 
 struct MappingOutcome {
@@ -84,9 +77,6 @@ struct MappingOutcome {
   MappingReport report;
 };
 
-MappingOutcome MapKeyframe(Map map, const KeyframeProposal& proposal, const MapperContext& context);
-
-// Bundle adjustment of the whole map.
-MappingOutcome AdjustWholeMap(Map map, const MeasurementModel& context);
+MappingOutcome MapKeyframe(const Map& snapshot, const KeyframeProposal& proposal, const MapperContext& context);
 
 }  // namespace planar_vslam

@@ -5,6 +5,7 @@
 // over base poses T_map_base (camera through T_base_camera at that stamp) and points. Values in, values out.
 // With planar.mode se2_xyz or hard, free keyframes on the floor are put on it and keep 3 dof, without e_planar; with
 // se2_xyz the reprojections of all keyframes on the floor are weighted by planar_reprojection_factor.h, anew a round.
+#include <cstddef>
 #include <string>
 #include <utility>
 #include <vector>
@@ -42,11 +43,18 @@ struct MeasurementModel {
   BundleOptions options;
 };
 
-struct BundleResult {
-  bool converged = false;  // usable solution
-  std::string message;     // why not
+struct BundleSummary {
+  bool converged = false;        // usable solution
+  std::string message;           // why not, or what ended the iterations
+  std::size_t observations = 0;  // that took part; none where there was nothing to adjust
   double initial_cost = 0.0, final_cost = 0.0;
-  int iterations = 0;
+  int iterations = 0;  // of both rounds
+
+  bool failed() const { return observations > 0 && !converged; }
+};
+
+// Without values unless converged.
+struct BundleResult : BundleSummary {
   std::vector<std::pair<KeyframeId, Rigid3>> poses;
   std::vector<std::pair<LandmarkId, Eigen::Vector3d>> points;
   std::vector<std::pair<LandmarkId, KeyframeId>> outliers;  // observations beyond the limit, or behind the camera

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "planar_vslam/backend/look_back.h"
 #include "planar_vslam/frontend/initializer.h"
 #include "planar_vslam/frontend/tracker.h"
 #include "planar_vslam/map/map_file.h"
@@ -87,7 +88,7 @@ class SlamSystem {
 
  private:
   struct Pending {
-    std::future<MappingOutcome> outcome;
+    std::future<std::pair<MappingOutcome, LookBackOutcome>> outcome;
     Timestamp stamp;
     Rigid3 T_map_base;  // of the proposing frame, in the snapshot of that moment
   };
