@@ -20,10 +20,10 @@ void DropMissingLandmarks(const Map& map, Keyframe* keyframe) {
   }
 }
 
-SetOffFloor OffFloorSince(const Map& map, Timestamp since) {
+SetOffFloor OffFloorSince(const Map& map, Timestamp since, KeyframeId session_begin) {
   SetOffFloor off;
   for (const auto& [id, keyframe] : map.keyframes) {
-    if (keyframe.stamp >= since) off.ids.push_back(id);
+    if (!(id < session_begin) && keyframe.stamp >= since) off.ids.push_back(id);
   }
   return off;
 }
@@ -58,7 +58,9 @@ MappingOutcome MapKeyframe(const Map& snapshot, const KeyframeProposal& proposal
   }
   MapEdit arrival{proposal.sightings, AddKeyframe{id, std::move(keyframe)}};
   arrival.insert(arrival.end(), proposal.sweeps.begin(), proposal.sweeps.end());
-  if (proposal.off_floor_since.has_value()) arrival.emplace_back(OffFloorSince(map, *proposal.off_floor_since));
+  if (proposal.off_floor_since.has_value()) {
+    arrival.emplace_back(OffFloorSince(map, *proposal.off_floor_since, proposal.session_begin));
+  }
   map = Apply(std::move(map), arrival);
   const MapEdit laser = LinkByLaser(map, id, context.scan_match);
   map = Apply(std::move(map), laser);

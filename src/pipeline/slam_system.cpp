@@ -266,6 +266,7 @@ void SlamSystem::Propose(const FramePacket& packet, const FrameFeaturesPtr& feat
   if (since_keyframe_.has_value()) proposal.odometry = OverWholeMotion(*since_keyframe_, options_.odometry_noise);
   proposal.sightings = std::move(sightings_);
   proposal.off_floor_since = result.off_floor_since;
+  if (saved_map_ != nullptr) proposal.session_begin = KeyframeId{saved_map_->next_keyframe_id};
   if (packet.T_odom_base.has_value()) {
     std::optional<LaserSweep> own = sweeps_.TakeLatest(*packet.T_odom_base, packet.image.stamp);
     if (own.has_value()) proposal.keyframe.sweeps.push_back(std::move(*own));

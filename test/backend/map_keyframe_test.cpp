@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 #include <map>
 
 #include "planar_vslam/backend/map_keyframe.h"
@@ -42,13 +43,14 @@ class MapKeyframeTest : public ::testing::Test {
     }
     return LandmarkId{};
   }
+  double PositionError(const Map& map, KeyframeId id) const {
+    const Rigid3 truth =
+        id.value < world_.true_poses.size() ? world_.true_poses[id.value] : test::SyntheticPose(kNewest);
+    return (map.keyframes.At(id).T_map_base.translation - truth.translation).norm();
+  }
   double MeanPositionError(const Map& map) const {
     double sum = 0.0;
-    for (const auto& [id, keyframe] : map.keyframes) {
-      const Rigid3 truth =
-          id.value < world_.true_poses.size() ? world_.true_poses[id.value] : test::SyntheticPose(kNewest);
-      sum += (keyframe.T_map_base.translation - truth.translation).norm();
-    }
+    for (const auto& [id, keyframe] : map.keyframes) sum += PositionError(map, id);
     return sum / static_cast<double>(map.keyframes.size());
   }
 
@@ -82,12 +84,42 @@ TEST_F(MapKeyframeTest, WithdrawsTheFloorFromKeyframesMadeSinceItWasLeft) {
   for (const auto& [id, keyframe] : mapped.keyframes) EXPECT_EQ(keyframe.on_floor, id < last->first) << id.value;
 }
 
+TEST_F(MapKeyframeTest, LeavesTheFloorOfEarlierSessionsAloneWhateverTheirStamps) {
+  KeyframeProposal proposal = Proposal();
+  proposal.keyframe.on_floor = false;
+  proposal.off_floor_since = map_.keyframes.begin()->second.stamp;  // by the clock of the present session
+  proposal.session_begin = KeyframeId{map_.next_keyframe_id - 2};
+  const Map mapped = MapKeyframe(map_, proposal, context_).map;
+  for (const auto& [id, keyframe] : mapped.keyframes) {
+    EXPECT_EQ(keyframe.on_floor, id < proposal.session_begin) << id.value;
+  }
+}
+
 TEST_F(MapKeyframeTest, WorksWithoutOdometry) {
+  map_ = test::Perturbed(world_, 0.01, 0.002, 0.02, 9);
   KeyframeProposal proposal = Proposal();
   proposal.odometry.reset();
+  const double before = MeanPositionError(map_);
   const MappingOutcome outcome = MapKeyframe(map_, proposal, context_);
   EXPECT_TRUE(Validate(outcome.map).empty());
   EXPECT_FALSE(outcome.map.keyframes.At(outcome.report.keyframe).odometry_link.has_value());
+  EXPECT_TRUE(outcome.report.bundle.converged);
+  EXPECT_LT(MeanPositionError(outcome.map), 0.5 * before);
+  EXPECT_LT(PositionError(outcome.map, outcome.report.keyframe), 0.01) << "landmarks hold it";
+}
+
+TEST_F(MapKeyframeTest, AnAdjustmentThatFailsIsHeardAndChangesNothing) {
+  KeyframeProposal proposal = Proposal();
+  proposal.odometry->T_i_j.translation.x() = std::numeric_limits<double>::quiet_NaN();
+  const MappingOutcome outcome = MapKeyframe(map_, proposal, context_);
+  EXPECT_TRUE(outcome.report.bundle.failed());
+  EXPECT_FALSE(outcome.report.bundle.message.empty());
+  for (const auto& [id, keyframe] : map_.keyframes) {
+    EXPECT_EQ(outcome.map.keyframes.At(id).T_map_base.translation, keyframe.T_map_base.translation) << id.value;
+  }
+  EXPECT_EQ(outcome.map.keyframes.At(outcome.report.keyframe).T_map_base.translation,
+            proposal.keyframe.T_map_base.translation);
+  EXPECT_FALSE(MapKeyframe(map_, Proposal(), context_).report.bundle.failed());
 }
 
 TEST_F(MapKeyframeTest, DropsMatchesToLandmarksThatAreGoneOrNamedTwice) {

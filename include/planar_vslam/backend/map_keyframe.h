@@ -48,10 +48,13 @@ struct MapperContext {
 // here from `odometry` and the newest keyframe of the map.
 struct KeyframeProposal {
   Keyframe keyframe;
-  std::optional<PlanarMotion> odometry;      // since the keyframe proposed before
-  CountSightings sightings;                  // since the proposal before
-  std::vector<AddSweeps> sweeps;             // likewise
-  std::optional<Timestamp> off_floor_since;  // keyframes from then on were not on the floor
+  std::optional<PlanarMotion> odometry;  // since the keyframe proposed before
+  CountSightings sightings;              // since the proposal before
+  std::vector<AddSweeps> sweeps;         // likewise
+  // Keyframes of this session from then on were not on the floor. Earlier ones, of a map that was loaded, may have
+  // stamps of another clock.
+  std::optional<Timestamp> off_floor_since;
+  KeyframeId session_begin{0};  // the first keyframe of this session, or the id it gets
 };
 
 // Where a culled keyframe was, relative to one that remains: trajectories are re-anchored with it.
