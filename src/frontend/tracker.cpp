@@ -258,7 +258,7 @@ bool Tracker::WantsKeyframe(const TrackInput& input, const Map& map, const Track
   if (reference == nullptr) return true;
   const Rigid3 moved = reference->T_map_camera().Inverse() * T_map_camera;
   const double angle = LogSo3(moved.rotation).norm();
-  if (result.status == TrackStatus::kOdometry) {
+  if (result.status == TrackingState::kOdometry) {
     constexpr double kBlindDistance = 0.25;  // m between keyframes that rest on odometry alone
     return static_cast<int>(input.features->keypoints.size()) >= o.keyframe_min_features &&
            (moved.translation.norm() > kBlindDistance || angle > o.keyframe_angle);
@@ -270,7 +270,7 @@ bool Tracker::WantsKeyframe(const TrackInput& input, const Map& map, const Track
 
 void Tracker::Remember(const TrackInput& input, const Map& map, TrackResult* result) {
   const Rigid3 T_map_last = ReferencePose(map) * last_.T_ref_base;
-  const bool tracked = result->status == TrackStatus::kTracking || result->status == TrackStatus::kRelocalized;
+  const bool tracked = result->status == TrackingState::kTracking || result->status == TrackingState::kRelocalized;
   if (tracked && visually_tracked_) {
     velocity_ = T_map_last.Inverse() * result->T_map_base;
   } else {
@@ -320,11 +320,11 @@ TrackResult Tracker::Track(const TrackInput& input, const Map& map) {
       result.slip = LogSe2(ProjectToPlane(prediction.T_map_base).Inverse() * ProjectToPlane(result.T_map_base));
     }
     hypothesis_.reset();
-    result.status = was_tracked ? TrackStatus::kTracking : TrackStatus::kRelocalized;
+    result.status = was_tracked ? TrackingState::kTracking : TrackingState::kRelocalized;
     result.jumped = !localized_ || IsJump(prediction, result);
     if (result.jumped) Adopt(map, result);
   } else {
-    result.status = prediction.from_odometry ? TrackStatus::kOdometry : TrackStatus::kLost;
+    result.status = prediction.from_odometry ? TrackingState::kOdometry : TrackingState::kLost;
     result.T_map_base = prediction.T_map_base;
     result.covariance = prediction.covariance;
     result.matches = FrameMatches{};
@@ -333,7 +333,7 @@ TrackResult Tracker::Track(const TrackInput& input, const Map& map) {
     if (!localized_) return result;
   }
   result.wants_keyframe =
-      input.may_make_keyframe && result.status != TrackStatus::kLost && WantsKeyframe(input, map, result);
+      input.may_make_keyframe && result.status != TrackingState::kLost && WantsKeyframe(input, map, result);
   if (result.wants_keyframe && result.inliers > 0) TestFloor(input, map, prediction, &result);
   result.on_floor = floor_.on_floor();
   Remember(input, map, &result);

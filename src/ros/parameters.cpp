@@ -83,11 +83,13 @@ NodeSettings ReadSettings(const ros::NodeHandle& node, std::vector<std::string>*
   reader.Read("map_directory", "a folder name", &map_directory);
   reader.Read("map_file", "a file name", &map_file);
   reader.Read("mode", "mapping or localization", &mode);
+  reader.Read("path_frames", "a whole number", &settings.path_frames);
   reader.Read("queue_size_images", "a whole number", &settings.queue_size_images);
   reader.Read("lossless", "true or false", &settings.lossless);
   reader.RequirePositive("tf_rate", settings.tf_rate);
   reader.RequirePositive("map_period", settings.map_period);
   reader.RequirePositive("map_points_period", settings.map_points_period);
+  reader.RequirePositive("path_frames", settings.path_frames);
   reader.RequirePositive("queue_size_images", settings.queue_size_images);
   if (settings.transform_tolerance < 0.0)
     problems->push_back("transform_tolerance: is negative; expected at least 0 s");
