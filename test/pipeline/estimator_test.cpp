@@ -45,10 +45,12 @@ class EstimatorTest : public ::testing::Test {
   // A map of the whole wall.
   const SavedMap& Saved() {
     static const SavedMap saved = [this] {
+      const int image = std::exchange(image_, 0);
       Estimator estimator(Settings());
       Begin(&estimator, 0);
       Drive(&estimator, 0, kImages);
       EXPECT_TRUE(estimator.Finish().ok());
+      image_ = image;
       return SavedMap{*estimator.map(), WallDrive::Camera()};
     }();
     return saved;
