@@ -28,6 +28,32 @@ SetOffFloor OffFloorSince(const Map& map, Timestamp since, KeyframeId session_be
   return off;
 }
 
+// The keyframe with its matches, odometry and sweeps, and what was seen since the one before.
+MapEdit Arrival(const Map& map, KeyframeId id, const KeyframeProposal& proposal) {
+  Keyframe keyframe = proposal.keyframe;
+  DropMissingLandmarks(map, &keyframe);
+  if (proposal.odometry.has_value()) {
+    keyframe.odometry_link = MotionLink{std::prev(map.keyframes.end())->first, *proposal.odometry};
+  }
+  MapEdit arrival{proposal.sightings, AddKeyframe{id, std::move(keyframe)}};
+  arrival.insert(arrival.end(), proposal.sweeps.begin(), proposal.sweeps.end());
+  if (proposal.off_floor_since.has_value()) {
+    arrival.emplace_back(OffFloorSince(map, *proposal.off_floor_since, proposal.session_begin));
+  }
+  return arrival;
+}
+
+int Triangulate(Map* map, KeyframeId id, const MapperContext& context) {
+  const MapperOptions& o = context.options;
+  int triangulated = 0;
+  for (const KeyframeId neighbor : Neighbors(*map, id, o.triangulation_neighbors, o.link_neighbors, o.min_shared)) {
+    const MapEdit edit = TriangulateWith(*map, id, neighbor, context);
+    triangulated += static_cast<int>(edit.size());
+    *map = Apply(std::move(*map), edit);
+  }
+  return triangulated;
+}
+
 }  // namespace
 
 std::vector<std::string> MapperOptions::Problems() const {
@@ -48,43 +74,36 @@ std::vector<std::string> MapperOptions::Problems() const {
 
 MappingOutcome MapKeyframe(const Map& snapshot, const KeyframeProposal& proposal, const MapperContext& context) {
   MappingReport report;
+  StageClock clock(&report.times);
   Map map = snapshot;
+  clock.End("map.copy");
   const KeyframeId id{map.next_keyframe_id};
   report.keyframe = id;
-  Keyframe keyframe = proposal.keyframe;
-  DropMissingLandmarks(map, &keyframe);
-  if (proposal.odometry.has_value()) {
-    keyframe.odometry_link = MotionLink{std::prev(map.keyframes.end())->first, *proposal.odometry};
-  }
-  MapEdit arrival{proposal.sightings, AddKeyframe{id, std::move(keyframe)}};
-  arrival.insert(arrival.end(), proposal.sweeps.begin(), proposal.sweeps.end());
-  if (proposal.off_floor_since.has_value()) {
-    arrival.emplace_back(OffFloorSince(map, *proposal.off_floor_since, proposal.session_begin));
-  }
+  const MapEdit arrival = Arrival(map, id, proposal);
   map = Apply(std::move(map), arrival);
+  clock.End("map.arrival");
   const MapEdit laser = LinkByLaser(map, id, context.scan_match);
   map = Apply(std::move(map), laser);
   report.laser_links = static_cast<int>(map.keyframes.At(id).laser_links.size());
+  clock.End("map.laser_links");
 
   const std::size_t before = map.landmarks.size();
   const MapEdit recent = CullRecentLandmarks(map, id, context.options);
   map = Apply(std::move(map), recent);
   report.landmarks_culled = static_cast<int>(before - map.landmarks.size());
-
-  const MapperOptions& o = context.options;
-  for (const KeyframeId neighbor : Neighbors(map, id, o.triangulation_neighbors, o.link_neighbors, o.min_shared)) {
-    const MapEdit edit = TriangulateWith(map, id, neighbor, context);
-    report.triangulated += static_cast<int>(edit.size());
-    map = Apply(std::move(map), edit);
-  }
+  clock.End("map.cull_landmarks");
+  report.triangulated = Triangulate(&map, id, context);
+  clock.End("map.triangulate");
   report.fused = static_cast<int>(FuseWithNeighbors(&map, id, context).size());
+  clock.End("map.fuse");
 
-  const BundleResult bundle = AdjustBundle(map, LocalRequest(map, id, o), context.model);
+  const BundleResult bundle = AdjustBundle(map, LocalRequest(map, id, context.options), context.model);
   map = Apply(std::move(map), ToEdit(bundle));
   report.bundle = bundle;
-
-  const MapEdit redundant = CullKeyframes(map, id, o, &report.keyframes_culled);
+  clock.End("map.bundle");
+  const MapEdit redundant = CullKeyframes(map, id, context.options, &report.keyframes_culled);
   map = Apply(std::move(map), redundant);
+  clock.End("map.cull_keyframes");
   return {std::move(map), std::move(report)};
 }
 

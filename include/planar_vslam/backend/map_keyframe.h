@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "planar_vslam/backend/loop_closing.h"
+#include "planar_vslam/geometry/stopwatch.h"
 #include "planar_vslam/map/map.h"
 #include "planar_vslam/map/map_edit.h"
 #include "planar_vslam/optimize/bundle_adjustment.h"
@@ -73,6 +74,9 @@ struct MappingReport {
   int landmarks_culled = 0;
   std::vector<CulledKeyframe> keyframes_culled;
   BundleSummary bundle;  // of the neighbourhood: where it failed the map is as before it, and `message` says why
+  // "map.copy", "map.arrival" (sightings, keyframe, sweeps), "map.laser_links", "map.cull_landmarks",
+  // "map.triangulate", "map.fuse", "map.bundle" (split in `bundle.times`), "map.cull_keyframes"
+  StageTimes times;
 };
 
 struct MappingOutcome {

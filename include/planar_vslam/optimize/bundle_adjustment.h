@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "planar_vslam/geometry/stopwatch.h"
 #include "planar_vslam/map/map.h"
 #include "planar_vslam/map/map_edit.h"
 #include "planar_vslam/planar/odometry_noise.h"
@@ -49,6 +50,9 @@ struct BundleSummary {
   std::size_t observations = 0;  // that took part; none where there was nothing to adjust
   double initial_cost = 0.0, final_cost = 0.0;
   int iterations = 0;  // of both rounds
+  // Of both rounds: "bundle.build", then as Ceres has it "bundle.preprocess", "bundle.residuals", "bundle.jacobians",
+  // "bundle.linear_solver", "bundle.other", and "bundle.classify".
+  StageTimes times;
 
   bool failed() const { return observations > 0 && !converged; }
 };
