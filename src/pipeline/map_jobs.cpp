@@ -40,7 +40,7 @@ MapChange MapProposal(const Map& snapshot, const KeyframeProposal& proposal, con
   MapChange change;
   const Stopwatch assessing;
   change.scale = AssessScale(outcome.map, context.scale);
-  //TIMES change.times = std::move(outcome.report.times);
+  change.times = std::move(outcome.report.times);
   change.times.push_back({"map.assess_scale", assessing.Milliseconds()});
   change.keyframe =
       MapChange::NewKeyframe{outcome.report.keyframe, proposal.keyframe.stamp, proposal.keyframe.T_map_base};
