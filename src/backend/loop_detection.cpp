@@ -166,14 +166,6 @@ class LoopFinder {
 
 }  // namespace
 
-std::vector<std::string> LoopOptions::Problems() const {
-  std::vector<std::string> problems;
-  if (min_inliers < 12) problems.emplace_back("min_inliers must be at least 12");
-  if (!(min_share > 0.0 && min_share < 1.0)) problems.emplace_back("min_share must lie between 0 and 1");
-  if (!(sigma_factor > 0.0)) problems.emplace_back("sigma_factor must be positive");
-  return problems;
-}
-
 std::optional<Loop> FindLoop(const Map& map, KeyframeId newest, const MapUncertainty& uncertainty,
                              const MeasurementModel& context, const LoopOptions& options) {
   if (!options.enabled) return std::nullopt;

@@ -56,22 +56,6 @@ int Triangulate(Map* map, KeyframeId id, const MapperContext& context) {
 
 }  // namespace
 
-std::vector<std::string> MapperOptions::Problems() const {
-  std::vector<std::string> problems;
-  if (triangulation_neighbors < 1) problems.emplace_back("triangulation_neighbors must be at least 1");
-  if (window < 1) problems.emplace_back("window must be at least 1");
-  if (wide_window < window) problems.emplace_back("wide_window must be at least window");
-  if (wide_every < 1) problems.emplace_back("wide_every must be at least 1");
-  if (young_map < 0) problems.emplace_back("young_map must be at least 0");
-  if (max_fixed < 1) problems.emplace_back("max_fixed must be at least 1");
-  if (!(min_parallax > 0.0)) problems.emplace_back("min_parallax must be positive (rad)");
-  if (!(redundancy > 0.0 && redundancy <= 1.0)) problems.emplace_back("redundancy must lie in (0, 1]");
-  if (!(min_found_ratio >= 0.0 && min_found_ratio < 1.0)) problems.emplace_back("min_found_ratio must lie in [0, 1)");
-  if (!(fusion_radius > 0.0)) problems.emplace_back("fusion_radius must be positive (px)");
-  if (!(pixel_sigma > 0.0)) problems.emplace_back("pixel_sigma must be positive (px)");
-  return problems;
-}
-
 MappingOutcome MapKeyframe(const Map& snapshot, const KeyframeProposal& proposal, const MapperContext& context) {
   MappingReport report;
   StageClock clock(&report.times);

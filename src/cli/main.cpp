@@ -21,6 +21,7 @@ int Main(int argc, char** argv) {
   CLI::App app("Visual SLAM fused with wheel odometry for robots on a floor", "planar_vslam");
   int exit_code = kExitSuccess;
   AddRun(app, &exit_code);
+  AddConfig(app, &exit_code);
   AddCalibrate(app, &exit_code);
   AddEvaluate(app, &exit_code);
   AddGrid(app, &exit_code);

@@ -36,18 +36,6 @@ double SquaredPixelError(const CameraModel& camera, const Eigen::Vector3d& p_cam
 
 }  // namespace
 
-std::vector<std::string> InitializerOptions::Problems() const {
-  std::vector<std::string> problems;
-  if (min_matches < 8) problems.emplace_back("min_matches must be at least 8");
-  if (min_points < 8) problems.emplace_back("min_points must be at least 8");
-  if (!(min_baseline > 0.0)) problems.emplace_back("min_baseline must be positive (m)");
-  if (!(search_radius > 0.0)) problems.emplace_back("search_radius must be positive (px)");
-  if (!(visual_search_radius > 0.0)) problems.emplace_back("visual_search_radius must be positive (px)");
-  if (!(pixel_sigma > 0.0)) problems.emplace_back("pixel_sigma must be positive (px)");
-  if (!(max_baseline_time > 0.0)) problems.emplace_back("max_baseline_time must be positive (s)");
-  return problems;
-}
-
 InitializerReport Initializer::Restart(const InitializerInput& input, std::string reason) {
   first_.reset();
   if (static_cast<int>(input.features->keypoints.size()) >= options_.min_features) {

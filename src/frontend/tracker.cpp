@@ -29,25 +29,6 @@ bool IsBeyond(const Vector6d& difference, const Matrix6d& covariance, const std:
 
 }  // namespace
 
-std::vector<std::string> TrackerOptions::Problems() const {
-  std::vector<std::string> problems;
-  const auto positive = [&problems](double value, const char* name) {
-    if (!(value > 0.0)) problems.push_back(std::string(name) + " must be positive");
-  };
-  positive(pixel_sigma, "pixel_sigma");
-  positive(frame_search_radius, "frame_search_radius");
-  positive(map_search_radius, "map_search_radius");
-  positive(rematch_radius_max, "rematch_radius_max");
-  positive(min_inliers_odometry, "min_inliers_odometry");
-  positive(local_keyframes, "local_keyframes");
-  positive(keyframe_distance, "keyframe_distance");
-  positive(keyframe_angle, "keyframe_angle");
-  if (min_inliers < min_inliers_odometry) problems.emplace_back("min_inliers must be at least min_inliers_odometry");
-  if (!(keyframe_ratio > 0.0 && keyframe_ratio < 1.0)) problems.emplace_back("keyframe_ratio must lie between 0 and 1");
-  if (keyframe_min_gap < 1) problems.emplace_back("keyframe_min_gap must be at least 1");
-  return problems;
-}
-
 void Tracker::Start(const Map& map, KeyframeId keyframe) {
   const Keyframe& k = map.keyframes.At(keyframe);
   last_ = {keyframe, k.T_map_base, Rigid3(), k.T_base_camera, ValidOnly(k.landmarks), Matrix6d::Zero()};

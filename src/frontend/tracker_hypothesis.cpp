@@ -37,7 +37,7 @@ std::vector<KeyframeId> Tracker::HypothesisCandidates(const TrackInput& input, c
 // The candidate with the most inliers; none where another place explains the image nearly as well.
 bool Tracker::BestHypothesis(const TrackInput& input, const Map& map, const Prediction& prediction,
                              const std::vector<KeyframeId>& candidates, TrackResult* best) const {
-  constexpr double kRivalShare = 0.6;       // of the best one's inliers
+  constexpr double kRivalShare = 0.6;       // of the best one's inliers; fitted
   constexpr double kSamePlaceDepths = 0.2;  // of the distance to what is seen
   constexpr double kSamePlaceAngle = DegreesToRadians(10.0);
   const RelocalizerOptions options;
@@ -97,7 +97,7 @@ bool Tracker::IsJump(const Prediction& prediction, const TrackResult& result) co
 
 // Buildings repeat themselves: a far place that only looks alike shows little of what should be in view there.
 bool Tracker::IsLookAlike(const Prediction& prediction, const TrackResult& result) const {
-  constexpr double kLeastShare = 0.3;  // of the landmarks that should be in view
+  constexpr double kLeastShare = 0.3;  // of the landmarks that should be in view; fitted
   return IsJump(prediction, result) &&
          result.inliers < kLeastShare * static_cast<double>(result.matches.visible.size());
 }

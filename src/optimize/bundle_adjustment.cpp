@@ -272,15 +272,6 @@ class BundleProblem {
 
 }  // namespace
 
-std::vector<std::string> BundleOptions::Problems() const {
-  std::vector<std::string> problems;
-  if (max_iterations < 1) problems.emplace_back("max_iterations must be at least 1");
-  if (!(pixel_sigma > 0.0)) problems.emplace_back("pixel_sigma must be positive (px)");
-  if (!(odometry_loss > 0.0)) problems.emplace_back("odometry_loss must be positive");
-  if (!(tilt_loss > 0.0)) problems.emplace_back("tilt_loss must be positive");
-  return problems;
-}
-
 BundleResult AdjustBundle(const Map& map, const BundleRequest& request, const MeasurementModel& context) {
   BundleResult result;
   const Stopwatch build;

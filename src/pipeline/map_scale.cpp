@@ -61,20 +61,6 @@ bool Consistent(const std::vector<ScaleMeasurement>& sources) {
 
 }  // namespace
 
-std::vector<std::string> ScaleOptions::Problems() const {
-  std::vector<std::string> problems;
-  if (keyframes != 0 && keyframes < 3) problems.emplace_back("keyframes must be 0 (automatic) or at least 3");
-  const auto positive = [&problems](double value, const char* name) {
-    if (!(value > 0.0)) problems.push_back(std::string(name) + " must be positive");
-  };
-  positive(max_sigma, "max_sigma");
-  positive(min_distance, "min_distance");
-  positive(systematic.wheels, "wheel_sigma");
-  positive(systematic.laser, "laser_sigma");
-  positive(height_sigma, "height_sigma");
-  return problems;
-}
-
 std::vector<LeverArmSample> LinkedTrack(const Map& map) {
   std::vector<LeverArmSample> samples;
   Rigid2 T_odom_base;

@@ -13,7 +13,7 @@ namespace {
 constexpr double kLevelTilt = DegreesToRadians(3.0);
 
 // Keyframes in an epoch: a few dozen sweeps, so that one epoch of seeing through a place clears it, and one of a few
-// stray beams does not.
+// stray beams does not. Fitted.
 constexpr std::uint32_t kKeyframesInEpoch = 16;
 
 int EpochOf(KeyframeId id) { return static_cast<int>(id.value / kKeyframesInEpoch); }

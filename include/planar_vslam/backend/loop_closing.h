@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "planar_vslam/geometry/expected.h"
+#include "planar_vslam/geometry/option_fields.h"
 #include "planar_vslam/map/map_edit.h"
 #include "planar_vslam/optimize/map_uncertainty.h"
 #include "planar_vslam/optimize/pose_graph.h"
@@ -25,12 +26,23 @@
 namespace planar_vslam {
 
 struct LoopOptions {
-  bool enabled = true;
-  int min_inliers = 30;       // landmarks of it in the newest keyframe
-  double min_share = 0.3;     // ...of those that should be in view
-  double sigma_factor = 4.0;  // how many times its standard deviation the map may be off
+  bool enabled = true;  // the key `close`
+  int min_inliers = 30;
+  double min_share = 0.3;
+  double sigma_factor = 4.0;
 
-  std::vector<std::string> Problems() const;
+  template <class Self, class Visitor>
+  static void Visit(Self& o, Visitor& v) {
+    constexpr int kFewest = 12;  // below, PnP finds a pose in any image
+    v("close", o.enabled, "false: what has drifted apart stays apart");
+    v("min_inliers", o.min_inliers, unit::kNone, bound::AtLeast(kFewest),
+      "landmarks of the old place in the newest keyframe...");
+    v("min_share", o.min_share, unit::kNone, bound::Between(0.0, 1.0), "...as a share of those that should be in view",
+      Origin::kFitted);
+    v("sigma_factor", o.sigma_factor, unit::kNone, bound::Positive(),
+      "how many times its standard deviation the map may be off");
+  }
+  std::vector<std::string> Problems() const { return ProblemsOf(*this); }
 };
 
 // A keyframe as the landmarks of the old place put it.

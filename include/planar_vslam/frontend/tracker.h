@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "planar_vslam/frontend/tracking_state.h"
+#include "planar_vslam/geometry/option_fields.h"
 #include "planar_vslam/map/map.h"
 #include "planar_vslam/optimize/pose_only.h"
 #include "planar_vslam/planar/floor_monitor.h"
@@ -19,23 +20,51 @@
 namespace planar_vslam {
 
 struct TrackerOptions {
-  double pixel_sigma = 1.0;                      // px at octave 0
-  double frame_search_radius = 15.0;             // px, landmarks of the last frame around the prediction
-  double map_search_radius = 4.0;                // px, local map around the first estimate
-  double rematch_radius_max = 40.0;              // px, cap of the search while on odometry
-  int min_inliers = 25;                          // for a pose from vision alone
-  int min_inliers_odometry = 12;                 // when odometry takes part and agrees
-  int min_inliers_rematch = 20;                  // to leave the odometry state
-  int local_keyframes = 20;                      // in the local map
-  double nearby_distance = 2.0;                  // m, keyframes this near join the local map of a metric map
-  double nearby_angle = DegreesToRadians(40.0);  // rad, ...looking this much the same way
-  double keyframe_ratio = 0.75;     // new keyframe when fewer than this share of the reference's landmarks remain
-  double keyframe_distance = 0.12;  // ...or the camera moved this share of the median depth
-  double keyframe_angle = DegreesToRadians(12.0);  // rad, ...or turned this much
-  int keyframe_min_gap = 2;                        // frames between keyframes
-  int keyframe_min_features = 60;                  // an image with fewer keypoints makes no keyframe on odometry alone
+  double pixel_sigma = 1.0;  // px at octave 0
+  double frame_search_radius = 15.0;
+  double map_search_radius = 4.0;
+  double rematch_radius_max = 40.0;
+  int min_inliers = 25;
+  int min_inliers_odometry = 12;
+  int min_inliers_rematch = 20;
+  int local_keyframes = 20;
+  double nearby_distance = 2.0;
+  double nearby_angle = DegreesToRadians(40.0);
+  double keyframe_ratio = 0.75;
+  double keyframe_distance = 0.12;
+  double keyframe_angle = DegreesToRadians(12.0);
+  int keyframe_min_gap = 2;
+  int keyframe_min_features = 60;
 
-  std::vector<std::string> Problems() const;
+  template <class Self, class Visitor>
+  static void Visit(Self& o, Visitor& v) {
+    v("frame_search_radius", o.frame_search_radius, unit::kPixels, bound::Positive(),
+      "landmarks of the last image around the prediction");
+    v("map_search_radius", o.map_search_radius, unit::kPixels, bound::Positive(),
+      "local map around the first estimate");
+    v("rematch_radius_max", o.rematch_radius_max, unit::kPixels, bound::Positive(),
+      "cap of the search while on odometry");
+    v("min_inliers", o.min_inliers, unit::kNone, bound::AtLeast("min_inliers_odometry", o.min_inliers_odometry),
+      "matches a pose from vision alone needs");
+    v("min_inliers_odometry", o.min_inliers_odometry, unit::kNone, bound::AtLeast(1),
+      "matches when odometry takes part and agrees");
+    v("min_inliers_rematch", o.min_inliers_rematch, unit::kNone, bound::AtLeast(1),
+      "matches to leave the odometry state");
+    v("local_keyframes", o.local_keyframes, unit::kNone, bound::AtLeast(1), "in the local map");
+    v("nearby_distance", o.nearby_distance, unit::kMeters, bound::AtLeast(0.0),
+      "keyframes this near join the local map of a metric map...");
+    v("nearby_angle_deg", o.nearby_angle, unit::kDegrees, bound::FromTo(0.0, 180.0),
+      "...when they look this much the same way");
+    v("keyframe_ratio", o.keyframe_ratio, unit::kNone, bound::Between(0.0, 1.0),
+      "new keyframe when fewer than this share of the reference's landmarks remain...");
+    v("keyframe_distance", o.keyframe_distance, unit::kNone, bound::Positive(),
+      "...or the camera moved this share of the median depth...");
+    v("keyframe_angle_deg", o.keyframe_angle, unit::kDegrees, bound::Positive(), "...or turned this much");
+    v("keyframe_min_gap", o.keyframe_min_gap, unit::kNone, bound::AtLeast(1), "images between keyframes");
+    v("keyframe_min_features", o.keyframe_min_features, unit::kNone, bound::AtLeast(0),
+      "keypoints a keyframe on odometry alone needs");
+  }
+  std::vector<std::string> Problems() const { return ProblemsOf(*this); }
 };
 
 struct TrackerContext {

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "planar_vslam/geometry/option_fields.h"
 #include "planar_vslam/geometry/stopwatch.h"
 #include "planar_vslam/map/map.h"
 #include "planar_vslam/map/map_edit.h"
@@ -20,15 +21,27 @@
 namespace planar_vslam {
 
 struct BundleOptions {
-  int max_iterations = 5;     // of the first round and of the second each
-  bool drop_outliers = true;  // second round without observations beyond the 95 % chi-square limit
-  double pixel_sigma = 1.0;   // px at octave 0; grows with the octave's scale
+  int max_iterations = 5;
+  bool drop_outliers = true;
+  double pixel_sigma = 1.0;
   // Cauchy, Mahalanobis norms of the two parts of a link (relative_pose_factor.h): what slipped pulls at nothing, and
   // what is not level (a ramp, a car that pitches) is no slip.
   double odometry_loss = 5.0;  // x, y and yaw
   double tilt_loss = 3.5;      // height, roll and pitch
   bool use_odometry = true;
-  std::vector<std::string> Problems() const;
+
+  template <class Self, class Visitor>
+  static void Visit(Self& o, Visitor& v) {
+    v("max_iterations", o.max_iterations, unit::kNone, bound::AtLeast(1), "of each of its two rounds");
+    v("drop_outliers", o.drop_outliers, "second round without observations beyond the 95 % limit");
+    v("pixel_sigma", o.pixel_sigma, unit::kPixels, bound::Positive(), "of a keypoint at full resolution");
+    v("odometry_loss", o.odometry_loss, unit::kNone, bound::Positive(),
+      "Mahalanobis norm beyond which a link of wheels or laser counts less", Origin::kFitted);
+    v("tilt_loss", o.tilt_loss, unit::kNone, bound::Positive(),
+      "the same for a link's height, roll and pitch, which the floor bounds", Origin::kFitted);
+    v("use_odometry", o.use_odometry, "odometry links between keyframes take part");
+  }
+  std::vector<std::string> Problems() const { return ProblemsOf(*this); }
 };
 
 struct BundleRequest {

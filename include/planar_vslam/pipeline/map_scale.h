@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "planar_vslam/geometry/option_fields.h"
 #include "planar_vslam/map/map.h"
 #include "planar_vslam/optimize/map_uncertainty.h"
 #include "planar_vslam/planar/scale_estimate.h"
@@ -15,13 +16,25 @@
 namespace planar_vslam {
 
 struct ScaleOptions {
-  int keyframes = 0;            // the paper's N: scale is taken at this many keyframes; 0: once it is known well enough
-  double max_sigma = 0.01;      // of log(scale), well enough
-  double min_distance = 1.0;    // m driven
+  int keyframes = 0;
+  double max_sigma = 0.01;  // of log(scale)
+  double min_distance = 1.0;
   SystematicErrors systematic;  // of calibrated wheels and the laser
-  double height_sigma = 0.005;  // m, of the camera's height over the floor
+  double height_sigma = 0.005;
 
-  std::vector<std::string> Problems() const;
+  template <class Self, class Visitor>
+  static void Visit(Self& o, Visitor& v) {
+    v("keyframes", o.keyframes, unit::kNone, bound::ZeroOr(bound::AtLeast(3)),
+      "the paper's N: taken at this many keyframes; 0: once it is known well enough");
+    v("max_sigma", o.max_sigma, unit::kNone, bound::Positive(), "share, standard deviation that is well enough");
+    v("min_distance", o.min_distance, unit::kMeters, bound::Positive(), "and the robot has driven this far");
+    v("wheel_sigma", o.systematic.wheels, unit::kNone, bound::Positive(),
+      "share by which calibrated wheels read wrong throughout");
+    v("laser_sigma", o.systematic.laser, unit::kNone, bound::Positive(),
+      "the same for the laser, whose metre is its clock", Origin::kFitted);
+    v("height_sigma", o.height_sigma, unit::kMeters, bound::Positive(), "of the camera's height over the floor");
+  }
+  std::vector<std::string> Problems() const { return ProblemsOf(*this); }
 };
 
 struct MapScale {
