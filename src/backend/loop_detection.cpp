@@ -4,6 +4,7 @@
 
 #include "planar_vslam/backend/loop_closing.h"
 #include "planar_vslam/map/distance_driven.h"
+#include "planar_vslam/map/queries.h"
 #include "planar_vslam/optimize/pose_only.h"
 #include "planar_vslam/recognition/relocalizer.h"
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "planar_vslam/map/queries.h"
 #include "stages.h"
 
 namespace planar_vslam {
@@ -26,18 +27,11 @@ int FuseWithNeighbors(Map* map, KeyframeId newest, const MapperContext& context)
       WithNearby(*map, newest, Neighbors(*map, newest, o.fusion_neighbors, 1, o.min_shared), o);
   int steps = 0;
   for (const KeyframeId neighbor : neighbors) {
-    const MapEdit edit = FuseInto(*map, LandmarksSeen(map->keyframes.At(newest)), neighbor, context);
+    const MapEdit edit = FuseInto(*map, ValidOnly(map->keyframes.At(newest).landmarks), neighbor, context);
     steps += static_cast<int>(edit.size());
     *map = Apply(std::move(*map), edit);
   }
-  std::vector<LandmarkId> theirs;
-  for (const KeyframeId neighbor : neighbors) {
-    const std::vector<LandmarkId> seen = LandmarksSeen(map->keyframes.At(neighbor));
-    theirs.insert(theirs.end(), seen.begin(), seen.end());
-  }
-  std::sort(theirs.begin(), theirs.end());
-  theirs.erase(std::unique(theirs.begin(), theirs.end()), theirs.end());
-  const MapEdit edit = FuseInto(*map, theirs, newest, context);
+  const MapEdit edit = FuseInto(*map, LandmarksOf(*map, neighbors), newest, context);
   *map = Apply(std::move(*map), edit);
   return steps + static_cast<int>(edit.size());
 }

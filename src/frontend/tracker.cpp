@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "planar_vslam/geometry/tangent_parts.h"
+#include "planar_vslam/map/queries.h"
 #include "planar_vslam/optimize/pose_only.h"
 #include "planar_vslam/planar/scale_recovery.h"
 #include "planar_vslam/recognition/relocalizer.h"

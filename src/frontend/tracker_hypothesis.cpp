@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "planar_vslam/frontend/tracker.h"
+#include "planar_vslam/map/queries.h"
 #include "planar_vslam/recognition/relocalizer.h"
 
 namespace planar_vslam {

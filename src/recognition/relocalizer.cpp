@@ -4,6 +4,7 @@
 #include <opencv2/core/eigen.hpp>
 
 #include "planar_vslam/feature/matching.h"
+#include "planar_vslam/map/queries.h"
 
 namespace planar_vslam {
 namespace {
