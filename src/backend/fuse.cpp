@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "planar_vslam/map/predicted_view.h"
+#include "planar_vslam/map/queries.h"
 #include "stages.h"
 
 namespace planar_vslam {
@@ -80,16 +81,9 @@ MapEdit FuseWithNeighbors(Map* map, KeyframeId id, const MapperContext& context)
     done.insert(done.end(), edit.begin(), edit.end());
   };
   for (const KeyframeId neighbor : neighbors) {
-    take(FuseInto(*map, LandmarksSeen(map->keyframes.At(id)), neighbor, context));
+    take(FuseInto(*map, ValidOnly(map->keyframes.At(id).landmarks), neighbor, context));
   }
-  std::vector<LandmarkId> theirs;
-  for (const KeyframeId neighbor : neighbors) {
-    const std::vector<LandmarkId> seen = LandmarksSeen(map->keyframes.At(neighbor));
-    theirs.insert(theirs.end(), seen.begin(), seen.end());
-  }
-  std::sort(theirs.begin(), theirs.end());
-  theirs.erase(std::unique(theirs.begin(), theirs.end()), theirs.end());
-  take(FuseInto(*map, theirs, id, context));
+  take(FuseInto(*map, LandmarksOf(*map, neighbors), id, context));
   return done;
 }
 

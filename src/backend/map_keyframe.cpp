@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "planar_vslam/map/queries.h"
 #include "stages.h"
 
 namespace planar_vslam {

@@ -12,8 +12,6 @@ std::vector<KeyframeId> Neighbors(const Map& map, KeyframeId id, int covisible, 
 // `neighbors` and, in a metric map, the keyframes standing near `id` and looking the same way: old places seen again.
 std::vector<KeyframeId> WithNearby(const Map& map, KeyframeId id, std::vector<KeyframeId> neighbors,
                                    const MapperOptions& options);
-// Valid landmark ids of a keyframe, in keypoint order.
-std::vector<LandmarkId> LandmarksSeen(const Keyframe& keyframe);
 
 // Matches the newest keyframe's own laser sweep, the first it holds, against those of the keyframe before it and of the
 // oldest one that stood nearby.

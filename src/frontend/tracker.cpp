@@ -5,8 +5,10 @@
 #include <cmath>
 
 #include "planar_vslam/geometry/tangent_parts.h"
+#include "planar_vslam/map/queries.h"
 #include "planar_vslam/optimize/pose_only.h"
 #include "planar_vslam/planar/scale_recovery.h"
+#include "planar_vslam/recognition/place_index.h"
 #include "planar_vslam/recognition/relocalizer.h"
 
 namespace planar_vslam {
@@ -202,9 +204,10 @@ bool Tracker::Rematch(const TrackInput& input, const Map& map, const Prediction&
     return result->matches.count >= context_.options.min_inliers_rematch && Optimize(input, map, prediction, result) &&
            result->inliers >= context_.options.min_inliers_rematch && !result->odometry_rejected;
   }
-  const RelocalizerOptions options;
-  for (const KeyframeId keyframe : KeyframesResembling(map, *input.features, kRelocalizationCandidates)) {
-    const auto hypothesis = RelocalizeAgainst(map, keyframe, *input.features, context_.camera, options);
+  PlaceIndex index;
+  index.Update(map);
+  for (const KeyframeId keyframe : index.Resembling(*input.features, kRelocalizationCandidates)) {
+    const auto hypothesis = RelocalizeAgainst(map, keyframe, *input.features, context_.camera);
     if (!hypothesis.has_value()) continue;
     result->matches = hypothesis->matches;
     result->T_map_base = hypothesis->T_map_camera * input.T_base_camera.Inverse();

@@ -3,6 +3,8 @@
 #include <algorithm>
 
 #include "planar_vslam/frontend/tracker.h"
+#include "planar_vslam/map/queries.h"
+#include "planar_vslam/recognition/place_index.h"
 #include "planar_vslam/recognition/relocalizer.h"
 
 namespace planar_vslam {
@@ -25,7 +27,11 @@ std::vector<KeyframeId> Tracker::HypothesisCandidates(const TrackInput& input, c
   constexpr int kPatience = 20;     // blind frames during which the robot is taken to be about where odometry says
   constexpr int kGlobalPeriod = 5;  // frames between searches of the whole map from then on: they cost most
   const bool anywhere = !localized_ || (blind_frames_ >= kPatience && blind_frames_ % kGlobalPeriod == 0);
-  if (!previous.has_value() && anywhere) return KeyframesResembling(map, *input.features, kGlobalCandidates);
+  if (!previous.has_value() && anywhere) {
+    PlaceIndex index;
+    index.Update(map);
+    return index.Resembling(*input.features, kGlobalCandidates);
+  }
   Rigid3 T_map_base = prediction.T_map_base;
   if (previous.has_value()) {
     T_map_base = previous->T_map_base;
@@ -40,10 +46,9 @@ bool Tracker::BestHypothesis(const TrackInput& input, const Map& map, const Pred
   constexpr double kRivalShare = 0.6;       // of the best one's inliers; fitted
   constexpr double kSamePlaceDepths = 0.2;  // of the distance to what is seen
   constexpr double kSamePlaceAngle = DegreesToRadians(10.0);
-  const RelocalizerOptions options;
   std::vector<TrackResult> found;
   for (const KeyframeId keyframe : candidates) {
-    const auto hypothesis = RelocalizeAgainst(map, keyframe, *input.features, context_.camera, options);
+    const auto hypothesis = RelocalizeAgainst(map, keyframe, *input.features, context_.camera);
     if (!hypothesis.has_value()) continue;
     TrackResult result;
     result.matches = hypothesis->matches;
