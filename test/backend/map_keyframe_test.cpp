@@ -238,6 +238,13 @@ TEST_F(MapKeyframeTest, NowAndThenAdjustsAWideWindow) {
   };
   constexpr int kNever = 1000;  // the map has fewer keyframes
   EXPECT_GT(moved(1), moved(kNever));
+  // That takes drift out which a narrow window holds fixed at its border.
+  map_ = test::Perturbed(world_, 0.02, 0.002, 0.02, 9);
+  const auto error = [this](int every) {
+    context_.options.wide_every = every;
+    return MeanPositionError(MapKeyframe(map_, Proposal(), context_).map);
+  };
+  EXPECT_LT(error(1), 0.5 * error(kNever));
 }
 
 TEST_F(MapKeyframeTest, CullsARedundantKeyframeAndBridgesItsOdometry) {
@@ -308,6 +315,21 @@ TEST_F(MapKeyframeTest, ErasesRecentLandmarksThatAreRarelyFound) {
   EXPECT_TRUE(Validate(outcome.map).empty());
   EXPECT_FALSE(outcome.map.landmarks.Contains(doubtful));
   EXPECT_GE(outcome.report.landmarks_culled, 1);
+}
+
+TEST_F(MapKeyframeTest, TellsTheTimeOfEveryStage) {
+  const MappingReport report = MapKeyframe(map_, Proposal(), context_).report;
+  std::vector<std::string> stages;
+  for (const StageTime& t : report.times) {
+    EXPECT_GE(t.ms, 0.0) << t.stage;
+    stages.emplace_back(t.stage);
+  }
+  EXPECT_EQ(stages, (std::vector<std::string>{"map.copy", "map.arrival", "map.laser_links", "map.cull_landmarks",
+                                              "map.triangulate", "map.fuse", "map.bundle", "map.cull_keyframes"}));
+  double bundle = 0.0;
+  for (const StageTime& t : report.bundle.times) bundle += t.ms;
+  EXPECT_GT(bundle, 0.0);
+  EXPECT_LE(bundle, report.times[6].ms) << "its stages are parts of it";
 }
 
 TEST_F(MapKeyframeTest, GivesTheSameMapEveryTime) {
