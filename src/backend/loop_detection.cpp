@@ -103,7 +103,7 @@ class LoopFinder {
       const LandmarkId id = view->matches.landmarks[i];
       if (!id.valid()) continue;
       const Keypoint& keypoint = keyframe.features->keypoints[i];
-      const double sigma = context_.options.pixel_sigma * map_.octave_scales[static_cast<std::size_t>(keypoint.octave)];
+      const double sigma = context_.pixel_sigma * map_.octave_scales[static_cast<std::size_t>(keypoint.octave)];
       observations.push_back({map_.landmarks.At(id).p_map, keypoint.pixel.cast<double>(), sigma, true});
     }
     PoseOnlyProblem problem;

@@ -18,7 +18,7 @@ class Stopwatch {
 
 MeasurementModel MakeMeasurementModel(const PipelineOptions& options, const CameraModel& camera,
                                       bool has_base_transform) {
-  MeasurementModel context{camera, options.odometry_noise, options.planar, options.bundle};
+  MeasurementModel context{camera, options.odometry_noise, options.planar, options.bundle, options.pixel_sigma};
   if (!has_base_transform) context.planar.mode = PlanarMode::kOff;  // nothing is known about a floor
   return context;
 }
@@ -74,7 +74,7 @@ SlamSystem::SlamSystem(const PipelineOptions& options, const CameraModel& camera
       bundle_(MakeMeasurementModel(options, camera, has_base_transform)),
       extractor_(options.orb, camera),
       initializer_(options.initializer, bundle_, options.orb.ScaleFactors()),
-      tracker_({camera, options.odometry_noise, bundle_.planar, options.tracker}) {
+      tracker_({camera, options.odometry_noise, bundle_.planar, options.tracker, options.pixel_sigma}) {
   if (schedule == Schedule::kThreaded) {
     executor_ = std::make_unique<WorkerExecutor>();
   } else {
@@ -91,7 +91,7 @@ void SlamSystem::Reset() {
   pending_.reset();
   map_.reset();
   initializer_ = Initializer(options_.initializer, bundle_, options_.orb.ScaleFactors());
-  tracker_ = Tracker({camera_, options_.odometry_noise, bundle_.planar, options_.tracker});
+  tracker_ = Tracker({camera_, options_.odometry_noise, bundle_.planar, options_.tracker, options_.pixel_sigma});
   since_keyframe_.reset();
   sightings_ = CountSightings{};
   trajectory_ = TrajectoryRecorder{};
@@ -285,8 +285,9 @@ void SlamSystem::Propose(const FramePacket& packet, const FrameFeaturesPtr& feat
 
   auto task = std::make_shared<std::packaged_task<MappingOutcome()>>(
       [snapshot = map_, proposal = std::move(proposal),
-       context = MapperContext{bundle_, options_.mapper, options_.scan_match, options_.scale.systematic,
-                               options_.loop}] { return MapKeyframe(*snapshot, proposal, context); });
+       context = MapperContext{bundle_, options_.mapper, options_.scan_match, options_.systematic, options_.loop}] {
+        return MapKeyframe(*snapshot, proposal, context);
+      });
   pending_ = Pending{task->get_future(), packet.image.stamp, result.T_map_base};
   executor_->Submit([task] { (*task)(); });
   CollectMapping(false);

@@ -28,7 +28,7 @@ Matrix6d SlamSystem::CovarianceOfMapAt(const Rigid3& T_map_base) const {
 }
 
 void SlamSystem::AssessMapScale() {
-  report_.map_scale = AssessScale(*map_, options_.scale);
+  report_.map_scale = AssessScale(*map_, options_.scale, options_.systematic);
   const std::optional<ScaleMeasurement>& fused = report_.map_scale.fused;
   const bool known = map_->metric && fused.has_value() && fused->sigma <= options_.scale.max_sigma;
   if (known && !report_.scale_known_after.has_value()) report_.scale_known_after = distance_;
