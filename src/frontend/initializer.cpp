@@ -114,7 +114,7 @@ InitializerReport Initializer::TryVisual(const InitializerInput& input) {
     pairs.emplace_back(m.first, m.second);
   }
   TwoViewOptions two_view;
-  two_view.pixel_sigma = options_.pixel_sigma;
+  two_view.pixel_sigma = bundle_.pixel_sigma;
   two_view.min_points = options_.min_points;
   two_view.min_parallax = RadiansToDegrees(options_.min_median_parallax);
   const CameraModel& c = bundle_.camera;
@@ -156,8 +156,8 @@ InitializerReport Initializer::Finish(const InitializerInput& input, const Rigid
     if (!points[i].has_value()) continue;
     const auto i1 = static_cast<std::size_t>(matches[i].first), i2 = static_cast<std::size_t>(matches[i].second);
     const Keypoint &kp1 = first_->features->keypoints[i1], &kp2 = input.features->keypoints[i2];
-    const double s1 = options_.pixel_sigma * octave_scales_[static_cast<std::size_t>(kp1.octave)];
-    const double s2 = options_.pixel_sigma * octave_scales_[static_cast<std::size_t>(kp2.octave)];
+    const double s1 = bundle_.pixel_sigma * octave_scales_[static_cast<std::size_t>(kp1.octave)];
+    const double s2 = bundle_.pixel_sigma * octave_scales_[static_cast<std::size_t>(kp2.octave)];
     const Eigen::Vector3d p_c2 = T_c2_c1 * *points[i];
     // Odometry is coarser than a pixel, so the gate before bundle adjustment is generous.
     constexpr double kGateSlack = 4.0;

@@ -93,7 +93,7 @@ std::vector<PoseObservation> Tracker::Observations(const TrackInput& input, cons
   for (std::size_t i = 0; i < matches.landmarks.size(); ++i) {
     if (!matches.landmarks[i].valid()) continue;
     const Keypoint& keypoint = input.features->keypoints[i];
-    const double sigma = context_.options.pixel_sigma * map.octave_scales[static_cast<std::size_t>(keypoint.octave)];
+    const double sigma = context_.pixel_sigma * map.octave_scales[static_cast<std::size_t>(keypoint.octave)];
     observations.push_back({map.landmarks.At(matches.landmarks[i]).p_map, keypoint.pixel.cast<double>(), sigma, true});
   }
   return observations;

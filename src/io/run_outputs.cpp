@@ -183,7 +183,8 @@ Expected<bool> WriteMaps(const fs::path& folder, const Map& map, const Estimator
   if (Expected<bool> done = SaveMapFile(map, camera, folder / "map.pvm"); !done.ok()) return done;
   if (Expected<bool> done = WritePcd(LandmarkCloud(map), folder / "points.pcd"); !done.ok()) return done;
   if (!map.metric) return true;
-  const MapBuilder builder = BuildNavigationMap(map, camera, settings.options.mapping2d, LandmarkAcceptance{});
+  const MapBuilder builder =
+      BuildNavigationMap(map, camera, settings.options.mapping2d, LandmarkAcceptance::For(settings.options.pixel_sigma));
   if (Expected<bool> done = builder.WriteOctomap(folder / "map.bt"); !done.ok()) return done;
   return WriteMapServerFiles(builder.Grid(), folder / "map.yaml");
 }

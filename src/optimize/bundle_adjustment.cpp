@@ -157,7 +157,7 @@ class BundleProblem {
     return map_.keyframes.At(id).features->keypoints[it->keypoint];
   }
   double Sigma(const Keypoint& keypoint) const {
-    return context_.options.pixel_sigma * map_.octave_scales[static_cast<std::size_t>(keypoint.octave)];
+    return context_.pixel_sigma * map_.octave_scales[static_cast<std::size_t>(keypoint.octave)];
   }
 
   void CollectObservation(std::size_t landmark, const Observation& o) {

@@ -152,8 +152,7 @@ class CalibrationProblem {
       for (const Observation& o : landmark.observations) {
         const Keyframe& keyframe = map_.keyframes.At(o.keyframe);
         const Keypoint& keypoint = keyframe.features->keypoints[o.keypoint];
-        const double sigma =
-            context_.options.pixel_sigma * map_.octave_scales[static_cast<std::size_t>(keypoint.octave)];
+        const double sigma = context_.pixel_sigma * map_.octave_scales[static_cast<std::size_t>(keypoint.octave)];
         reprojections_.emplace_back(keypoint.pixel.cast<double>(),
                                     Unmounted(present_.camera_mount, keyframe.T_base_camera), context_.camera, sigma);
         problem_->AddResidualBlock(&reprojections_.back(), &pixel_loss_, PoseOf(o.keyframe), point, Mount());

@@ -73,7 +73,7 @@ class SharedViewReader {
 Eigen::Matrix3d LandmarkCovariance(int count, int seen, double depth, const Eigen::Vector2d& way,
                                    const MeasurementModel& context) {
   const double n = count;
-  const double heading = kSharedFactor * context.options.pixel_sigma / (context.camera.fx * std::sqrt(n)) * seen / n;
+  const double heading = kSharedFactor * context.pixel_sigma / (context.camera.fx * std::sqrt(n)) * seen / n;
   const double position = depth * heading;
   Eigen::Matrix3d covariance = Eigen::Vector3d(position, position, heading).cwiseAbs2().asDiagonal();
   covariance.topLeftCorner<2, 2>() += kAlong * kAlong * way * way.transpose();

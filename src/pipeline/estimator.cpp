@@ -24,13 +24,14 @@ EstimatorSettings UsableSettings(EstimatorSettings settings) {
 
 MeasurementModel MakeMeasurementModel(const EstimatorSettings& settings) {
   const PipelineOptions& options = settings.options;
-  MeasurementModel model{settings.camera, options.odometry_noise, options.planar, options.bundle};
+  MeasurementModel model{settings.camera, options.odometry_noise, options.planar, options.bundle,
+                         options.pixel_sigma};
   if (!settings.has_base) model.planar.mode = PlanarMode::kOff;  // nothing is known about a floor
   return model;
 }
 
 MapJobsContext MakeJobsContext(const PipelineOptions& options, const MeasurementModel& model) {
-  return {{model, options.mapper, options.scan_match, options.scale.systematic, options.loop}, options.scale};
+  return {{model, options.mapper, options.scan_match, options.systematic, options.loop}, options.scale};
 }
 
 // m from the nearest keyframe; infinite where there is none.

@@ -19,7 +19,7 @@ Localization::Localization(const PipelineOptions& options, const MeasurementMode
       model_(model),
       extractor_(options.orb, model.camera),
       initializer_(options.initializer, model, options.orb.ScaleFactors()),
-      tracker_({model.camera, model.odometry_noise, model.planar, options.tracker}),
+      tracker_({model.camera, model.odometry_noise, model.planar, options.tracker, model.pixel_sigma}),
       trajectory_(trajectory_frames),
       early_frames_(trajectory_frames) {}
 

@@ -39,7 +39,7 @@ MapChange MapProposal(const Map& snapshot, const KeyframeProposal& proposal, con
   MappingOutcome outcome = MapKeyframe(snapshot, proposal, context.mapper);
   MapChange change;
   const Stopwatch assessing;
-  change.scale = AssessScale(outcome.map, context.scale);
+  change.scale = AssessScale(outcome.map, context.scale, context.mapper.systematic);
   change.times = std::move(outcome.report.times);
   change.times.push_back({"map.assess_scale", assessing.Milliseconds()});
   change.keyframe =
@@ -192,7 +192,7 @@ MapChange MapJobs::Correct(const Found& found, const std::shared_ptr<const Map>&
   MapChange change = found.change;
   const Stopwatch correcting;
   change.map = now == found.snapshot ? found.corrected : std::make_shared<const Map>(Rebase(*now, found.correction));
-  change.scale = AssessScale(*change.map, context_.scale);
+  change.scale = AssessScale(*change.map, context_.scale, context_.mapper.systematic);
   change.times.push_back({"map.correct", correcting.Milliseconds()});
   return change;
 }

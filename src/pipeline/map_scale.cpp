@@ -13,7 +13,7 @@ namespace {
 
 double Hypotenuse(double a, double b) { return std::sqrt(a * a + b * b); }
 
-std::optional<ScaleMeasurement> FromLaser(const Map& map, const ScaleOptions& options) {
+std::optional<ScaleMeasurement> FromLaser(const Map& map, const SystematicErrors& systematic) {
   constexpr double kShortest = 0.1;  // m
   double weights = 0.0, sum = 0.0;
   for (const auto& [id, keyframe] : map.keyframes) {
@@ -28,7 +28,7 @@ std::optional<ScaleMeasurement> FromLaser(const Map& map, const ScaleOptions& op
     }
   }
   if (!(weights > 0.0)) return std::nullopt;
-  return ScaleMeasurement{sum / weights, Hypotenuse(options.systematic.laser, 1.0 / std::sqrt(weights))};
+  return ScaleMeasurement{sum / weights, Hypotenuse(systematic.laser, 1.0 / std::sqrt(weights))};
 }
 
 std::optional<ScaleMeasurement> FromFloor(const Map& map, const ScaleOptions& options) {
@@ -80,17 +80,16 @@ std::vector<LeverArmSample> LinkedTrack(const Map& map) {
   return samples;
 }
 
-MapScale AssessScale(const Map& map, const ScaleOptions& options) {
+MapScale AssessScale(const Map& map, const ScaleOptions& options, const SystematicErrors& systematic) {
   MapScale scale;
   scale.track = EstimateScale(LinkedTrack(map));
   std::vector<ScaleMeasurement> sources;
   if (scale.track.has_value()) {
-    scale.wheels =
-        ScaleMeasurement{std::log(scale.track->scale), Hypotenuse(options.systematic.wheels, scale.track->sigma)};
+    scale.wheels = ScaleMeasurement{std::log(scale.track->scale), Hypotenuse(systematic.wheels, scale.track->sigma)};
     sources.push_back(*scale.wheels);
   }
   if (map.metric) {
-    scale.laser = FromLaser(map, options);
+    scale.laser = FromLaser(map, systematic);
     scale.floor = FromFloor(map, options);
   } else if (scale.wheels.has_value()) {
     scale.floor = FromFloor(ScaledToMetric(map, scale.track->scale), options);

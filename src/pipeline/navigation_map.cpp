@@ -67,6 +67,12 @@ bool Differ(const PosedScan& a, const PosedScan& b, const NavigationTolerance& t
 
 }  // namespace
 
+LandmarkAcceptance LandmarkAcceptance::For(double pixel_sigma) {
+  LandmarkAcceptance acceptance;
+  acceptance.pixel_sigma = pixel_sigma;
+  return acceptance;
+}
+
 NavigationTolerance NavigationTolerance::For(double resolution) {
   return {std::max(0.01, 0.5 * resolution), DegreesToRadians(0.5), 0.25};
 }

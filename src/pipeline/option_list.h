@@ -1,11 +1,8 @@
 #pragma once
 // PipelineOptions as a list of entries that are set from text and shown as text: a visitor of its fields.
-#include <yaml-cpp/yaml.h>
-
 #include <algorithm>
 #include <functional>
 #include <string>
-#include <type_traits>
 #include <vector>
 
 #include "planar_vslam/pipeline/options.h"

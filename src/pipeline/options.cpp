@@ -11,10 +11,20 @@
 namespace planar_vslam {
 namespace {
 
+// Keys that were, and what they are now.
+constexpr std::pair<const char*, const char*> kRenamed[] = {
+    {"bundle.pixel_sigma", "pixel_sigma"},
+    {"scale.wheel_sigma", "systematic.wheels"},
+    {"scale.laser_sigma", "systematic.laser"},
+};
+
 std::string UnknownKey(const OptionList& list, const std::string& key) {
   const auto is_key = [&key](const OptionSection& section) { return section.name == key; };
   if (std::any_of(list.sections().begin(), list.sections().end(), is_key)) {
     return fmt::format("{} is a section; expected keys in it", key);
+  }
+  for (const auto& [before, now] : kRenamed) {
+    if (key == before) return fmt::format("{} was renamed to {}", key, now);
   }
   const std::string nearest = list.Nearest(key);
   return nearest.empty() ? fmt::format("{} is unknown; `planar_vslam config` prints the known keys", key)

@@ -86,7 +86,7 @@ void LocalizationPublisher::Broadcast() {
 
 MapPublisher::MapPublisher(ros::NodeHandle* node, const NodeSettings& settings)
     : settings_(settings),
-      navigation_(settings.pipeline.mapping2d, LandmarkAcceptance{},
+      navigation_(settings.pipeline.mapping2d, LandmarkAcceptance::For(settings.pipeline.pixel_sigma),
                   NavigationTolerance::For(settings.pipeline.mapping2d.resolution)),
       map_(node->advertise<nav_msgs::OccupancyGrid>(
           "map", 1, [this](const ros::SingleSubscriberPublisher& subscriber) { OnMapSubscriber(subscriber); })),
@@ -151,7 +151,9 @@ void MapPublisher::OnMapSubscriber(const ros::SingleSubscriberPublisher& subscri
 }
 
 OccupancyGrid2d BuildGrid(const EstimatorSnapshot& snapshot, const PipelineOptions& options) {
-  return BuildNavigationMap(*snapshot.map, snapshot.camera, options.mapping2d, LandmarkAcceptance{}).Grid();
+  return BuildNavigationMap(*snapshot.map, snapshot.camera, options.mapping2d,
+                            LandmarkAcceptance::For(options.pixel_sigma))
+      .Grid();
 }
 
 Expected<fs::path> SaveGrid(const EstimatorSnapshot& snapshot, const NodeSettings& settings, const std::string& name) {

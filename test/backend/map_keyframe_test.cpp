@@ -24,9 +24,9 @@ class MapKeyframeTest : public ::testing::Test {
   }
 
   // The frame at kNewest with every landmark of the map it shows matched, and odometry from the last keyframe.
-  KeyframeProposal Proposal() const {
+  KeyframeProposal Proposal(double pixel_noise = 0.3) const {
     const Rigid3 T_map_base = test::SyntheticPose(kNewest);
-    test::SyntheticView view = test::Observe(world_, T_map_base * world_.T_base_camera, 0.3, 77);
+    test::SyntheticView view = test::Observe(world_, T_map_base * world_.T_base_camera, pixel_noise, 77);
     for (LandmarkId& id : view.landmarks) {
       if (!map_.landmarks.Contains(id)) id = LandmarkId{};
     }
@@ -372,6 +372,23 @@ TEST_F(MapKeyframeTest, AManyKeyframeDriveStaysSoundAndAccurate) {
   for (const auto& [id, keyframe] : map_.keyframes) {
     EXPECT_LT((keyframe.T_map_base.translation - test::SyntheticPose(at.at(id)).translation).norm(), 0.02) << id.value;
   }
+}
+
+TEST_F(MapKeyframeTest, TriangulatesAndFusesWhatThePixelSigmaAllows) {
+  EraseLandmarks erase;
+  for (const auto& [id, landmark] : map_.landmarks) {
+    if (id.value % 2 == 0) erase.ids.push_back(id);
+  }
+  map_ = Apply(std::move(map_), {erase});
+  // Keypoints off by more than their sigma, of which every other match is still to be found.
+  KeyframeProposal proposal = Proposal(4.0);
+  for (std::size_t i = 0; i < proposal.keyframe.landmarks.size(); i += 2) proposal.keyframe.landmarks[i] = LandmarkId{};
+  context_.options.fusion_radius = 10.0;
+  const MappingReport strict = MapKeyframe(map_, proposal, context_).report;
+  context_.model.pixel_sigma = 4.0;
+  const MappingReport lenient = MapKeyframe(map_, proposal, context_).report;
+  EXPECT_GT(lenient.triangulated, 1.3 * strict.triangulated);
+  EXPECT_GT(lenient.fused, 1.3 * strict.fused);
 }
 
 TEST(MapperOptions, NameWhatIsWrong) {

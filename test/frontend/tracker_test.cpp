@@ -22,14 +22,14 @@ class TrackerTest : public ::testing::Test {
     tracker_.Start(map_, KeyframeId{0});
   }
 
-  Tracker MakeTracker(const PlanarPriorOptions& planar) const {
-    return Tracker({world_.camera, world_.odometry_noise, planar, TrackerOptions{}});
+  Tracker MakeTracker(const PlanarPriorOptions& planar, double pixel_sigma = 1.0) const {
+    return Tracker({world_.camera, world_.odometry_noise, planar, TrackerOptions{}, pixel_sigma});
   }
-  TrackInput Input(double x, bool with_features = true) {
+  TrackInput Input(double x, bool with_features = true, double pixel_noise = 0.5) {
     TrackInput input;
     input.stamp = Timestamp::FromSeconds(0.1 * static_cast<double>(++frame_));
     input.T_base_camera = world_.T_base_camera;
-    input.features = with_features ? test::Observe(world_, test::SyntheticPose(x) * world_.T_base_camera, 0.5,
+    input.features = with_features ? test::Observe(world_, test::SyntheticPose(x) * world_.T_base_camera, pixel_noise,
                                                    static_cast<std::uint32_t>(frame_))
                                          .features
                                    : std::make_shared<const FrameFeatures>();
@@ -314,6 +314,18 @@ TEST_F(TrackerTest, FloorPlaysNoPartWhereItIsSwitchedOff) {
   map_ = Apply(map_, {TransformMap{1.0, T_up}});
   tracker_.Start(map_, KeyframeId{0});
   for (const double x : {0.05, 0.1, 0.15}) ExpectPose(Track(x).T_map_base, T_up * test::SyntheticPose(x), 0.01, 0.003);
+}
+
+TEST_F(TrackerTest, TakesKeypointsAsFarOffAsThePixelSigmaSays) {
+  const auto inliers = [this](double pixel_sigma) {
+    Tracker tracker = MakeTracker({}, pixel_sigma);
+    tracker.Start(map_, KeyframeId{0});
+    frame_ = 0;
+    TrackInput input = Input(kFrameStep, true, 2.0);
+    input.odometry = test::ExactOdometry(world_, test::SyntheticPose(0.0), test::SyntheticPose(kFrameStep));
+    return tracker.Track(input, map_).inliers;
+  };
+  EXPECT_GT(inliers(2.0), 1.3 * inliers(1.0));
 }
 
 TEST(TrackerOptions, NameWhatIsWrong) {

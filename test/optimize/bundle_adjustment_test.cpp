@@ -155,6 +155,16 @@ TEST(AdjustBundle, NamesWrongObservationsAsOutliers) {
   EXPECT_EQ(result.outliers[0].second, KeyframeId{2});
 }
 
+TEST(AdjustBundle, KeepsWhatThePixelSigmaAllows) {
+  test::SyntheticWorldOptions options;
+  options.pixel_noise = 2.0;
+  const test::SyntheticWorld world = test::MakeSyntheticWorld(options);
+  MeasurementModel context = world.Context();
+  const std::size_t outliers = AdjustBundle(world.map, WholeMapRequest(world.map), context).outliers.size();
+  context.pixel_sigma = 2.0;
+  EXPECT_LT(AdjustBundle(world.map, WholeMapRequest(world.map), context).outliers.size(), outliers / 4);
+}
+
 TEST(AdjustBundle, GivesTheSameBitsEveryTime) {
   test::SyntheticWorldOptions options;
   options.pixel_noise = 0.7;
@@ -297,7 +307,7 @@ TEST(BundleOptions, NameWhatIsWrong) {
   BundleOptions options;
   EXPECT_TRUE(options.Problems().empty());
   options.max_iterations = 0;
-  options.pixel_sigma = -1.0;
+  options.tilt_loss = -1.0;
   EXPECT_EQ(options.Problems().size(), 2U);
 }
 

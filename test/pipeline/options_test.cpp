@@ -111,9 +111,10 @@ TEST(ShippedConfigurations, WhatWasFittedSaysSo) {
   for (const auto& [key, comment] : KeysAndComments(kConfigFolder / "default.yaml")) {
     if (comment.find("(fitted)") != std::string::npos) fitted.insert(key);
   }
-  for (const std::string key : {"bundle.odometry_loss", "bundle.tilt_loss", "mount.sigma_angle_deg",
-                                "odometry_noise.along_per_sqrt_meter", "odometry_noise.heading_per_sqrt_meter_deg",
-                                "mapper.wide_window", "mapper.wide_every", "mapper.young_map", "loop.min_share"}) {
+  for (const std::string key :
+       {"bundle.odometry_loss", "bundle.tilt_loss", "mount.sigma_angle_deg", "odometry_noise.along_per_sqrt_meter",
+        "odometry_noise.heading_per_sqrt_meter_deg", "mapper.wide_window", "mapper.wide_every", "mapper.young_map",
+        "loop.min_share", "systematic.laser"}) {
     EXPECT_EQ(fitted.count(key), 1U) << key;
   }
   EXPECT_EQ(fitted.count("orb.feature_count"), 0U);
@@ -225,6 +226,7 @@ TEST_F(LoadOptionsTest, NamesFilesThatCannotBeRead) {
 // One assignment of each key with bounds that makes exactly one problem, and what is said of it.
 TEST(PipelineOptions, ProblemsNameTheKeyAsTyped) {
   const std::pair<const char*, const char*> kWrong[] = {
+      {"pixel_sigma=0", "pixel_sigma is 0; expected more than 0 px"},
       {"orb.feature_count=-3", "orb.feature_count is -3; expected at least 1"},
       {"initializer.min_features=2", "initializer.min_features is 2; expected at least 8"},
       {"initializer.min_parallax_deg=0",
@@ -254,6 +256,7 @@ TEST(PipelineOptions, ProblemsNameTheKeyAsTyped) {
       {"mapping2d.tilt_sigma_deg=45", "mapping2d.tilt_sigma_deg is 45; expected at least 0 deg and less than 45 deg"},
       {"mapping2d.overhang_max_height=0.1",
        "mapping2d.overhang_max_height is 0.1; expected more than mapping2d.overhang_min_height (0.3 m)"},
+      {"systematic.wheels=0", "systematic.wheels is 0; expected more than 0"},
       {"scale.keyframes=1", "scale.keyframes is 1; expected 0 or at least 3"},
       {"calibration.time_offset=1", "calibration.time_offset is 1; expected at least -0.5 s and at most 0.5 s"},
       {"calibration.camera_z=.nan", "calibration.camera_z is nan; expected a finite number"},
@@ -273,6 +276,15 @@ TEST(PipelineOptions, LimitsGivenInDegreesAreAllowed) {
   for (const std::string assignment : {"mapping2d.overhang_max_tilt_deg=45", "tracker.nearby_angle_deg=180"}) {
     EXPECT_EQ(Join(SetOption({}, assignment)->Problems()), "") << assignment;
   }
+}
+
+TEST(SetOption, NamesWhatAKeyIsCalledNow) {
+  ExpectMentions(SetOption({}, "bundle.pixel_sigma=2").error().message,
+                 {"bundle.pixel_sigma was renamed to pixel_sigma"});
+  ExpectMentions(SetOption({}, "scale.wheel_sigma=2").error().message,
+                 {"scale.wheel_sigma was renamed to systematic.wheels"});
+  ExpectMentions(SetOption({}, "scale.laser_sigma=2").error().message,
+                 {"scale.laser_sigma was renamed to systematic.laser"});
 }
 
 TEST(SetOption, SetsOneKeyAndLeavesTheRest) {

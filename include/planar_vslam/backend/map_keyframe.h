@@ -33,7 +33,6 @@ struct MapperOptions {
   double redundancy = 0.9;
   double min_found_ratio = 0.25;
   double nearby_distance = 1.5;
-  double pixel_sigma = 1.0;  // px at octave 0
 
   template <class Self, class Visitor>
   static void Visit(Self& o, Visitor& v) {

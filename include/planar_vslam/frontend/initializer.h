@@ -30,7 +30,6 @@ struct InitializerOptions {
   double max_baseline_time = 8.0;
   double search_radius = 60.0;
   double visual_search_radius = 100.0;
-  double pixel_sigma = 1.0;  // px
 
   template <class Self, class Visitor>
   static void Visit(Self& o, Visitor& v) {

@@ -20,7 +20,6 @@
 namespace planar_vslam {
 
 struct TrackerOptions {
-  double pixel_sigma = 1.0;  // px at octave 0
   double frame_search_radius = 15.0;
   double map_search_radius = 4.0;
   double rematch_radius_max = 40.0;
@@ -72,6 +71,7 @@ struct TrackerContext {
   OdometryNoise odometry_noise;
   PlanarPriorOptions planar;
   TrackerOptions options;
+  double pixel_sigma = 1.0;  // px, of a keypoint at full resolution
 };
 
 struct TrackInput {

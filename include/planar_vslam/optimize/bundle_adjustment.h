@@ -23,7 +23,6 @@ namespace planar_vslam {
 struct BundleOptions {
   int max_iterations = 5;
   bool drop_outliers = true;
-  double pixel_sigma = 1.0;
   // Cauchy, Mahalanobis norms of the two parts of a link (relative_pose_factor.h): what slipped pulls at nothing, and
   // what is not level (a ramp, a car that pitches) is no slip.
   double odometry_loss = 5.0;  // x, y and yaw
@@ -34,7 +33,6 @@ struct BundleOptions {
   static void Visit(Self& o, Visitor& v) {
     v("max_iterations", o.max_iterations, unit::kNone, bound::AtLeast(1), "of each of its two rounds");
     v("drop_outliers", o.drop_outliers, "second round without observations beyond the 95 % limit");
-    v("pixel_sigma", o.pixel_sigma, unit::kPixels, bound::Positive(), "of a keypoint at full resolution");
     v("odometry_loss", o.odometry_loss, unit::kNone, bound::Positive(),
       "Mahalanobis norm beyond which a link of wheels or laser counts less", Origin::kFitted);
     v("tilt_loss", o.tilt_loss, unit::kNone, bound::Positive(),
@@ -50,11 +48,13 @@ struct BundleRequest {
   std::vector<LandmarkId> landmarks;        // ascending; observations in other keyframes are left out
 };
 
+// What is known of the sensors and how they err.
 struct MeasurementModel {
   CameraModel camera;
   OdometryNoise odometry_noise;
   PlanarPriorOptions planar;  // applied to keyframes on the floor of a metric map, unless its mode is off
   BundleOptions options;
+  double pixel_sigma = 1.0;  // px, of a keypoint at full resolution (octave 0); grows with the octave's scale
 };
 
 struct BundleSummary {

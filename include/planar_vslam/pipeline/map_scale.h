@@ -19,7 +19,6 @@ struct ScaleOptions {
   int keyframes = 0;
   double max_sigma = 0.01;  // of log(scale)
   double min_distance = 1.0;
-  SystematicErrors systematic;  // of calibrated wheels and the laser
   double height_sigma = 0.005;
 
   template <class Self, class Visitor>
@@ -28,10 +27,6 @@ struct ScaleOptions {
       "the paper's N: taken at this many keyframes; 0: once it is known well enough");
     v("max_sigma", o.max_sigma, unit::kNone, bound::Positive(), "share, standard deviation that is well enough");
     v("min_distance", o.min_distance, unit::kMeters, bound::Positive(), "and the robot has driven this far");
-    v("wheel_sigma", o.systematic.wheels, unit::kNone, bound::Positive(),
-      "share by which calibrated wheels read wrong throughout");
-    v("laser_sigma", o.systematic.laser, unit::kNone, bound::Positive(),
-      "the same for the laser, whose metre is its clock", Origin::kFitted);
     v("height_sigma", o.height_sigma, unit::kMeters, bound::Positive(), "of the camera's height over the floor");
   }
   std::vector<std::string> Problems() const { return ProblemsOf(*this); }
@@ -48,7 +43,8 @@ struct MapScale {
 // The longest run of keyframes up to the newest that odometry links one after the other.
 std::vector<LeverArmSample> LinkedTrack(const Map& map);
 
-MapScale AssessScale(const Map& map, const ScaleOptions& options);
+// `systematic`: the shares by which calibrated wheels and the laser read wrong throughout.
+MapScale AssessScale(const Map& map, const ScaleOptions& options, const SystematicErrors& systematic);
 
 // An unscaled map made metric by `scale`: keyframes and landmarks scaled, and the first base put on the floor at the
 // map's origin.

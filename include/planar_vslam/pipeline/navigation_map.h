@@ -24,9 +24,11 @@ struct LandmarkAcceptance {
   // usual cell's width, and it projects to where it was seen. Wrong depths scatter.
   double upright_radius = 0.05;  // m, horizontally
   int min_upright = 2;
-  double max_reprojection = 1.5;  // px RMS, at the keypoints' scales
+  double max_reprojection = 1.5;  // pixel sigmas RMS, at the keypoints' scales
   double min_height = -0.03;      // m: below the floor are only reflections
-  double pixel_sigma = 1.0;       // px
+  double pixel_sigma = 1.0;       // px, of a keypoint at full resolution
+
+  static LandmarkAcceptance For(double pixel_sigma);
 };
 
 struct AcceptedLandmarks;

@@ -60,6 +60,7 @@ enum class RunMode { kMapping, kLocalization };
 struct PipelineOptions {
   RunMode mode = RunMode::kMapping;
   OdometryUse odometry = OdometryUse::kAuto;
+  double pixel_sigma = 1.0;
   OrbOptions orb;
   InitializerOptions initializer;
   TrackerOptions tracker;
@@ -69,6 +70,7 @@ struct PipelineOptions {
   OdometryNoise odometry_noise;
   PlanarPriorOptions planar;
   ScaleOptions scale;
+  SystematicErrors systematic;
   ScanMatchOptions scan_match;  // the section `laser`
   MapBuilderOptions mapping2d;
   TopicOptions topics;
@@ -100,6 +102,8 @@ struct PipelineOptions {
     v("odometry", o.odometry,
       {{"auto", OdometryUse::kAuto}, {"required", OdometryUse::kRequired}, {"off", OdometryUse::kOff}},
       "auto (used where there is some), required (absent is an error) or off");
+    v("pixel_sigma", o.pixel_sigma, unit::kPixels, bound::Positive(),
+      "of a keypoint at full resolution, from tracking to the navigation map");
     v.Section("orb", "Image features.");
     OrbOptions::Visit(o.orb, v);
     v.Section("initializer", "The first map from two images.");
@@ -123,6 +127,11 @@ struct PipelineOptions {
     ScanMatchOptions::Visit(o.scan_match, v);
     v.Section("scale", "Scale: that of a visually initialised map, and how well a map's scale is known.");
     ScaleOptions::Visit(o.scale, v);
+    v.Section(
+        "systematic",
+        "Shares by which a source of motion reads wrong throughout: for the scale and its standard deviation, for\n"
+        "the covariance of poses, and for how far around the robot loops are searched.");
+    SystematicErrors::Visit(o.systematic, v);
     v.Section("odometry_noise",
               "How wheel odometry errs: variances grow with distance and turn. The values are for an omnidirectional\n"
               "base; config/differential.yaml has those of two driven wheels.");
