@@ -1,6 +1,9 @@
 #include "planar_vslam/frontend/tracker.h"
 
+#include <algorithm>
+
 #include "frame_track.h"
+#include "planar_vslam/geometry/check.h"
 #include "planar_vslam/map/queries.h"
 #include "planar_vslam/planar/scale_recovery.h"
 
@@ -38,6 +41,21 @@ void Tracker::Start(const Map& map, KeyframeId keyframe) {
 }
 
 void Tracker::StartUnlocalized() { *this = Tracker(context_); }
+
+void Tracker::StartAt(const Map& map, const Rigid3& T_map_base, const Matrix6d& covariance) {
+  PV_CHECK(!map.keyframes.empty(), "a pose in a map without keyframes");
+  *this = Tracker(context_);
+  const auto distance = [&T_map_base](const auto& entry) {
+    return (entry.second.T_map_base.translation - T_map_base.translation).squaredNorm();
+  };
+  const auto nearest =
+      std::min_element(map.keyframes.begin(), map.keyframes.end(),
+                       [&distance](const auto& a, const auto& b) { return distance(a) < distance(b); });
+  Anchor(map, nearest->first, T_map_base);
+  last_->T_base_camera = nearest->second.T_base_camera;
+  last_->covariance = covariance;
+  last_->given = true;
+}
 
 void Tracker::OnMapScaled(const Map& map, double scale) {
   if (!last_.has_value()) return;
@@ -81,6 +99,10 @@ TrackResult Tracker::Track(const TrackInput& input, const Map& map) {
   if (FindFirstPose(map, &frame) && frame.TrackLocalMap() && !frame.IsLookAlike()) {
     places_.Forget();
     result = frame.Found();
+    if (localized() && last_->given) {  // what was off is the pose that was given, not odometry
+      result.odometry_rejected = false;
+      result.slip.setZero();
+    }
     result.status = localized() && last_->tracked ? TrackStatus::kTracking : TrackStatus::kRelocalized;
     result.jumped = !localized() || frame.IsJump();
     if (result.jumped) Adopt(map, result);
@@ -101,7 +123,7 @@ TrackResult Tracker::Track(const TrackInput& input, const Map& map) {
 
 bool Tracker::WantsKeyframe(const TrackInput& input, const Map& map, const TrackResult& result) const {
   const TrackerOptions& o = context_.options;
-  if (frames_since_keyframe_ < o.keyframe_min_gap) return false;
+  if (last_->given || frames_since_keyframe_ < o.keyframe_min_gap) return false;
   const Rigid3 T_map_camera = result.T_map_base * input.T_base_camera;
   const Keyframe* reference = map.keyframes.Find(last_->reference);
   if (reference == nullptr) return true;
@@ -117,15 +139,19 @@ bool Tracker::WantsKeyframe(const TrackInput& input, const Map& map, const Track
          moved.translation.norm() > o.keyframe_distance * MedianDepth(map, result.matches.landmarks, T_map_camera);
 }
 
+void Tracker::Anchor(const Map& map, KeyframeId reference, const Rigid3& T_map_base) {
+  const Keyframe& keyframe = map.keyframes.At(reference);
+  last_ = LastFrame{};
+  last_->reference = reference;
+  last_->T_map_ref = keyframe.T_map_base;
+  last_->T_ref_base = keyframe.T_map_base.Inverse() * T_map_base;
+  reference_landmarks_ = CountWellObserved(map, keyframe.landmarks);
+}
+
 void Tracker::Adopt(const Map& map, const TrackResult& result) {
   const std::vector<KeyframeId> voted = VotedKeyframes(map, result.matches.landmarks, 1);
   PV_CHECK(!voted.empty(), "a pose from vision without landmarks");
-  const Keyframe& reference = map.keyframes.At(voted.front());
-  last_ = LastFrame{};  // no motion leads here from the frame before
-  last_->reference = voted.front();
-  last_->T_map_ref = reference.T_map_base;
-  last_->T_ref_base = reference.T_map_base.Inverse() * result.T_map_base;
-  reference_landmarks_ = CountWellObserved(map, reference.landmarks);
+  Anchor(map, voted.front(), result.T_map_base);
 }
 
 void Tracker::Remember(const TrackInput& input, const Map& map, TrackResult* result) {
@@ -144,6 +170,7 @@ void Tracker::Remember(const TrackInput& input, const Map& map, TrackResult* res
   if (tracked) last_->landmarks = ValidOnly(result->matches.landmarks);
   last_->tracked = tracked;
   last_->blind_frames = tracked ? 0 : last_->blind_frames + 1;
+  last_->given = last_->given && !tracked;
   ++frames_since_keyframe_;
   result->reference = last_->reference;
   result->T_ref_base = last_->T_ref_base;

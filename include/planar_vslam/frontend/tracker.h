@@ -88,6 +88,7 @@ struct LastFrame {
   std::optional<Rigid3> velocity;     // T_last_base of the frame before: constant-motion model without odometry
   bool tracked = false;               // the pose is from vision
   int blind_frames = 0;               // since the last one whose pose was
+  bool given = false;                 // the pose goes back to one that was given, and no view has confirmed it
 
   Rigid3 ReferencePose(const Map& map) const;
   Rigid3 T_map_base(const Map& map) const { return ReferencePose(map) * T_ref_base; }
@@ -103,6 +104,11 @@ class Tracker {
   void Start(const Map& map, KeyframeId keyframe);
   // Starts anywhere in a known map: frames are kLost until several in a row were recognised at one place of it.
   void StartUnlocalized();
+  // Starts from a pose in a known map that somebody gives, with its covariance (of a right perturbation [translation,
+  // rotation]; height and tilt may be zero). With odometry and scale frames are kOdometry from there until a view
+  // confirms or corrects it, kLost without; until then none becomes a keyframe. A pose that no view agrees with is
+  // given up after some blind frames: the robot is then looked for in the whole map. `map` has a keyframe.
+  void StartAt(const Map& map, const Rigid3& T_map_base, const Matrix6d& covariance);
   bool localized() const { return last_.has_value(); }
   // The map was scaled as a whole: relative motions of the camera scale with it.
   void OnMapScaled(const Map& map, double scale);
@@ -114,6 +120,8 @@ class Tracker {
  private:
   bool FindFirstPose(const Map& map, FrameTrack* frame);
   bool WantsKeyframe(const TrackInput& input, const Map& map, const TrackResult& result) const;
+  // The pose becomes relative to this keyframe; no motion leads to it from the frame before.
+  void Anchor(const Map& map, KeyframeId reference, const Rigid3& T_map_base);
   // The keyframe that sees most of what this frame sees becomes the reference.
   void Adopt(const Map& map, const TrackResult& result);
   void Remember(const TrackInput& input, const Map& map, TrackResult* result);
