@@ -8,6 +8,8 @@
 #include <limits>
 #include <utility>
 
+#include "planar_vslam/geometry/tangent_parts.h"
+
 namespace planar_vslam {
 namespace {
 
@@ -24,8 +26,7 @@ EstimatorSettings UsableSettings(EstimatorSettings settings) {
 
 MeasurementModel MakeMeasurementModel(const EstimatorSettings& settings) {
   const PipelineOptions& options = settings.options;
-  MeasurementModel model{settings.camera, options.odometry_noise, options.planar, options.bundle,
-                         options.pixel_sigma};
+  MeasurementModel model{settings.camera, options.odometry_noise, options.planar, options.bundle, options.pixel_sigma};
   if (!settings.has_base) model.planar.mode = PlanarMode::kOff;  // nothing is known about a floor
   return model;
 }
@@ -247,8 +248,8 @@ Expected<bool> Estimator::StartAt(const Rigid3& T_map_base, const Matrix6d& cova
   constexpr double kFarthest = 10.0;  // m from the nearest keyframe: nothing of the map is in view beyond
   if (map() == nullptr) return Error{"pose: expected a map to stand in, but there is none yet"};
   if (!T_map_base.translation.allFinite() || !covariance.allFinite() ||
-      Eigen::LLT<Matrix6d>(covariance).info() != Eigen::Success) {
-    return Error{"pose: expected finite numbers and a positive definite covariance"};
+      Eigen::LLT<Eigen::Matrix3d>(covariance(kPlanarRows, kPlanarRows)).info() != Eigen::Success) {
+    return Error{"pose: expected finite numbers, and a covariance of x, y and yaw that is positive definite"};
   }
   const double distance = DistanceToMap(*map(), T_map_base);
   if (distance > kFarthest) {

@@ -29,8 +29,7 @@ void Localization::StartIn(std::shared_ptr<const Map> map) {
 }
 
 void Localization::StartAt(const Rigid3& T_map_base, const Matrix6d& covariance) {
-  //STARTAT tracker_.StartAt(*map_, T_map_base, covariance);
-  (void)covariance;
+  tracker_.StartAt(*map_, T_map_base, covariance);
   T_map_base_ = T_map_base;
 }
 

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "planar_vslam/frontend/place_search.h"
 #include "planar_vslam/frontend/tracking_state.h"
 #include "planar_vslam/geometry/option_fields.h"
 #include "planar_vslam/map/map.h"
-#include "planar_vslam/optimize/pose_only.h"
 #include "planar_vslam/planar/floor_monitor.h"
 #include "planar_vslam/planar/odometry_noise.h"
 #include "planar_vslam/planar/planar_prior.h"
@@ -100,15 +100,39 @@ struct TrackResult {
   FrameMatches matches;                      // inliers only
 };
 
+// What a frame leaves behind for the next one.
+struct LastFrame {
+  KeyframeId reference;
+  Rigid3 T_map_ref;  // as last seen, for when the reference has been culled
+  Rigid3 T_ref_base;
+  Rigid3 T_base_camera;
+  Matrix6d covariance = Matrix6d::Zero();
+  std::vector<LandmarkId> landmarks;  // matched ones only
+  std::optional<Rigid3> velocity;     // T_last_base of the frame before: constant-motion model without odometry
+  bool tracked = false;               // the pose is from vision
+  int blind_frames = 0;               // since the last one whose pose was
+  bool given = false;                 // the pose goes back to one that was given, and no view has confirmed it
+
+  Rigid3 ReferencePose(const Map& map) const;
+  Rigid3 T_map_base(const Map& map) const { return ReferencePose(map) * T_ref_base; }
+};
+
+class FrameTrack;
+
 class Tracker {
  public:
-  explicit Tracker(const TrackerContext& context) : context_(context) {}
+  explicit Tracker(const TrackerContext& context) : context_(context), places_(context.options.min_inliers) {}
 
   // Starts from a frame whose pose and matches are known: the newest keyframe of a fresh map.
   void Start(const Map& map, KeyframeId keyframe);
   // Starts anywhere in a known map: frames are kLost until several in a row were recognised at one place of it.
   void StartUnlocalized();
-  bool localized() const { return localized_; }
+  // Starts from a pose in a known map that somebody gives, with its covariance (of a right perturbation [translation,
+  // rotation]; height and tilt may be zero). With odometry and scale frames are kOdometry from there until a view
+  // confirms or corrects it, kLost without; until then none becomes a keyframe. A pose that no view agrees with is
+  // given up after some blind frames: the robot is then looked for in the whole map. `map` has a keyframe.
+  void StartAt(const Map& map, const Rigid3& T_map_base, const Matrix6d& covariance);
+  bool localized() const { return last_.has_value(); }
   // The map was scaled as a whole: relative motions of the camera scale with it.
   void OnMapScaled(const Map& map, double scale);
   // Tells that `keyframe` was made, T_keyframe_last (bases) ago: it becomes the reference.
@@ -117,59 +141,17 @@ class Tracker {
   TrackResult Track(const TrackInput& input, const Map& map);
 
  private:
-  struct LastFrame {
-    KeyframeId reference;
-    Rigid3 T_map_ref;  // as last seen, for when the reference has been culled
-    Rigid3 T_ref_base;
-    Rigid3 T_base_camera;
-    std::vector<LandmarkId> landmarks;  // matched ones only
-    Matrix6d covariance = Matrix6d::Zero();
-  };
-  struct Prediction {
-    Rigid3 T_map_base;
-    Matrix6d covariance;
-    bool from_odometry = false;
-  };
-
-  // A pose that descriptors alone gave, where odometry says otherwise or nothing.
-  struct Hypothesis {
-    Rigid3 T_map_base;
-    int confirmations = 0;
-  };
-
-  Rigid3 ReferencePose(const Map& map) const;
-  Prediction PredictWithoutOdometry(const Map& map) const;
-  bool FindFirstPose(const TrackInput& input, const Map& map, const Prediction& prediction, Prediction* used,
-                     TrackResult* result);
-  bool ConfirmHypothesis(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result);
-  std::vector<KeyframeId> HypothesisCandidates(const TrackInput& input, const Map& map, const Prediction& prediction,
-                                               const std::optional<Hypothesis>& previous) const;
-  bool BestHypothesis(const TrackInput& input, const Map& map, const Prediction& prediction,
-                      const std::vector<KeyframeId>& candidates, TrackResult* best) const;
-  bool IsJump(const Prediction& prediction, const TrackResult& result) const;
-  bool IsLookAlike(const Prediction& prediction, const TrackResult& result) const;
-  void Adopt(const Map& map, const TrackResult& result);
-  Prediction Predict(const TrackInput& input, const Map& map) const;
-  bool TrackLastFrame(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result) const;
-  bool Rematch(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result) const;
-  bool TrackLocalMap(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result) const;
-  bool Optimize(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result) const;
-  PoseOnlyProblem MakeProblem(const TrackInput& input, const Map& map, const Prediction& prediction,
-                              const Rigid3& start) const;
-  std::vector<PoseObservation> Observations(const TrackInput& input, const Map& map, const FrameMatches& matches) const;
-  bool UsesFloor(const Map& map) const;
-  void TestFloor(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result);
-  bool EnoughInliers(const Prediction& prediction, const TrackResult& result) const;
+  bool FindFirstPose(const Map& map, FrameTrack* frame);
   bool WantsKeyframe(const TrackInput& input, const Map& map, const TrackResult& result) const;
+  // The pose becomes relative to this keyframe; no motion leads to it from the frame before.
+  void Anchor(const Map& map, KeyframeId reference, const Rigid3& T_map_base);
+  // The keyframe that sees most of what this frame sees becomes the reference.
+  void Adopt(const Map& map, const TrackResult& result);
   void Remember(const TrackInput& input, const Map& map, TrackResult* result);
 
   TrackerContext context_;
-  LastFrame last_;
-  std::optional<Rigid3> velocity_;  // T_last_base of the frame before: constant-motion model without odometry
-  bool visually_tracked_ = false;   // the last frame was
-  bool localized_ = false;          // since the start
-  int blind_frames_ = 0;            // since the last one with a pose from vision
-  std::optional<Hypothesis> hypothesis_;
+  std::optional<LastFrame> last_;  // since the robot is localized
+  PlaceSearch places_;
   FloorMonitor floor_;
   int frames_since_keyframe_ = 0;
   int reference_landmarks_ = 0;  // tracked in the reference keyframe when it was made

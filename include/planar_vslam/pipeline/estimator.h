@@ -66,7 +66,8 @@ class Estimator {
   Expected<bool> LoadMap(const SavedMap& saved);
   // Mapping lets the map grow, localization leaves it as it is; tracking goes on. Waits for a keyframe on its way.
   Expected<bool> SetMode(RunMode mode);
-  // The robot is at `T_map_base` now, by somebody's word; covariance of the right tangent [translation, rotation].
+  // The robot is at `T_map_base` now, by somebody's word; covariance of the right tangent [translation, rotation], in
+  // which height and tilt may be zero.
   Expected<bool> StartAt(const Rigid3& T_map_base, const Matrix6d& covariance);
   // The whole map is adjusted next, in the background where the schedule has one.
   Expected<bool> AdjustMap();
