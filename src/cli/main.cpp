@@ -19,6 +19,7 @@ namespace {
 
 int Main(int argc, char** argv) {
   CLI::App app("Visual SLAM fused with wheel odometry for robots on a floor", "planar_vslam");
+  app.set_version_flag("--version", "planar_vslam " PV_VERSION);
   int exit_code = kExitSuccess;
   AddRun(app, &exit_code);
   AddConfig(app, &exit_code);

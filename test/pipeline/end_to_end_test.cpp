@@ -26,7 +26,7 @@ class EndToEnd : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder_ = std::make_unique<test::TemporaryFolder>();
-    const Expected<World> world = LoadWorld(fs::path(PV_SOURCE_DIR) / "config/worlds/sample_lab.yaml");
+    const Expected<World> world = LoadWorld(test::SourceFolder() / "config/worlds/sample_lab.yaml");
     ASSERT_TRUE(world.ok()) << world.error().message;
     SimulationOptions options;
     options.until = kDriveSeconds;
@@ -143,7 +143,7 @@ TEST_F(EndToEnd, TwoProcessesGiveTheSameBytes) {
   const fs::path first = folder_->path() / "process_1", second = folder_->path() / "process_2";
   for (const fs::path& out : {first, second}) {
     const std::string command =
-        std::string(PV_EXECUTABLE) + " run " + Drive().string() + " --out " + out.string() + " --deterministic --quiet";
+        test::Executable() + " run " + Drive().string() + " --out " + out.string() + " --deterministic --quiet";
     ASSERT_EQ(std::system(command.c_str()), 0);  // NOLINT(cert-env33-c): our own executable
   }
   ExpectSameFiles(first, second);

@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path kConfigFolder = fs::path(PV_SOURCE_DIR) / "config";
+const fs::path kConfigFolder = test::SourceFolder() / "config";
 
 std::vector<fs::path> ShippedConfigurations() {
   std::vector<fs::path> files;
