@@ -268,6 +268,15 @@ class Commands(unittest.TestCase):
         self.assertIn('"%s"' % name.split('/')[-1], sources, 'no such service')
 
 
+class BenchmarkPage(unittest.TestCase):
+    def test_is_what_its_raw_results_say(self):
+        page = read('BENCHMARK.md')
+        folder = re.search(r'raw results in \[([^\]]+)\]', page).group(1)
+        written = subprocess.run([os.path.join(SOURCE, 'bench/accuracy/benchmark_page'), os.path.join(SOURCE, folder)], stdout=subprocess.PIPE,
+                                 text=True, check=True).stdout
+        self.assertEqual(page, written, 'make it anew: bench/accuracy/benchmark_page %s --out BENCHMARK.md' % folder)
+
+
 class Rules(unittest.TestCase):
     """The rules themselves, on made-up documents."""
 
