@@ -168,7 +168,7 @@ class Commands(unittest.TestCase):
                     self.assertFalse(word in FIRST_WORDS or word.startswith(FOLDERS), '%s: a command outside a block fenced as sh: %s' % (path, line.strip()))
 
     def check(self, command):
-        words = shlex.split(command)
+        words = shlex.split(re.sub(r'\s>\s*\S+$', '', command))
         while words and re.fullmatch(r'[A-Z_]+=.*', words[0]):
             words = words[1:]
         if words[:2] == ['rosrun', 'planar_vslam']:
@@ -242,6 +242,8 @@ class Commands(unittest.TestCase):
                 self.assertIn(word, text, '%s has no such option' % script)
 
     def check_build(self, words):
+        if words[:1] == ['--into']:
+            words = words[2:]
         for word in words:
             if word.startswith('-D'):
                 self.assertIn(word[2:].split('=')[0], read('CMakeLists.txt') + ''.join(
