@@ -82,14 +82,15 @@ def write_results(options, results):
 def command_line():
     """As somebody else would type it: without the places of this machine."""
     places = ('--executable', '--out', '--json', '--commit', '--rendered', '--maps', '--threads')
-    words, arguments = ['bench/accuracy/' + os.path.basename(sys.argv[0])], iter(sys.argv[1:])
-    for argument in arguments:
-        if argument in places:
-            next(arguments)
-        elif os.path.isabs(argument):
-            words.append('DATA_FOLDER' + ('/' + os.path.basename(argument) if os.path.exists(argument + '/images.csv') else ''))
-        else:
-            words.append("'%s'" % argument if ' ' in argument else argument)
+    words, option = ['bench/accuracy/' + os.path.basename(sys.argv[0])], ''
+    for argument in sys.argv[1:]:
+        if argument.startswith('--'):
+            option = argument
+        if option in places:
+            continue
+        if os.path.isabs(argument):
+            argument = 'DATA_FOLDER' + ('/' + os.path.basename(argument) if os.path.exists(argument + '/images.csv') else '')
+        words.append("'%s'" % argument if ' ' in argument else argument)
     return ' '.join(words)
 
 
