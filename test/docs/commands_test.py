@@ -298,6 +298,32 @@ class Rules(unittest.TestCase):
                 commands.check(command)
 
 
+class RosInterface(unittest.TestCase):
+    """docs/ros_api.md and src/ros name the same parameters, topics and services, and the launch files' arguments."""
+
+    def setUp(self):
+        self.sources = ''.join(read(os.path.relpath(path, SOURCE)) for path in sorted(glob.glob(os.path.join(SOURCE, 'src/ros/*.cpp'))))
+        self.page = read('docs/ros_api.md')
+        self.rows = set(re.findall(r'`([^`]+)`', ' '.join(re.findall(r'^\| ([^|]*)\|', self.page, re.MULTILINE))))
+
+    def test_parameters(self):
+        names = {'~' + name for name in re.findall(r'\bRead\("(\w+)"', self.sources)}
+        self.assertGreater(len(names), 20)
+        self.assertEqual(names, {row for row in self.rows if row.startswith('~')})
+
+    def test_topics_and_services(self):
+        names = re.findall(r'advertise<[^>]*>\(\s*"([^"]+)"|advertiseService\("([^"]+)"|subscribe<[^>]*>\("([^"]+)"|Forward<[^>]*>\("([^"]+)"', self.sources)
+        self.assertGreater(len(names), 15)
+        for name in (next(filter(None, groups)) for groups in names):
+            self.assertIn(name, self.rows)
+
+    def test_arguments_of_launch_files(self):
+        for path in glob.glob(os.path.join(SOURCE, 'launch/*.launch')):
+            with open(path) as file:
+                for name in re.findall(r'<arg name="(\w+)"(?: default| doc|/)', re.sub(r'<include.*?</include>', '', file.read(), flags=re.DOTALL)):
+                    self.assertRegex(self.page, '`%s`' % name, path)
+
+
 class Links(unittest.TestCase):
     """Files and headings that documents point at are there."""
 
