@@ -19,7 +19,7 @@ struct Outcome {
 
 // `redirect` says which of the streams is read.
 Outcome RunCommand(const std::string& arguments, const std::string& redirect) {
-  const std::string command = std::string("'") + PV_EXECUTABLE + "' " + arguments + " " + redirect;
+  const std::string command = std::string("'") + test::Executable() + "' " + arguments + " " + redirect;
   Outcome outcome;
   FILE* pipe = popen(command.c_str(), "r");
   if (pipe == nullptr) return outcome;
@@ -46,7 +46,7 @@ class ConfigCommandTest : public ::testing::Test {
 TEST_F(ConfigCommandTest, PrintsTheDefaultFile) {
   const Outcome outcome = OutputOf("config");
   EXPECT_EQ(outcome.exit_code, 0);
-  std::ifstream in(std::string(PV_SOURCE_DIR) + "/config/default.yaml");
+  std::ifstream in(test::SourceFolder() / "config/default.yaml");
   const std::string file((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
   EXPECT_EQ(outcome.output, file);
 }
