@@ -33,11 +33,11 @@ Expected<PipelineOptions> ReadRunOptions(const RunArguments& arguments) {
 
 void PrintSummary(const SlamSystem& system, const RunResult& result, const fs::path& out) {
   const SystemReport& report = system.report();
-  const auto count = [&report](FrameState s) { return report.frames.count(s) != 0 ? report.frames.at(s) : 0L; };
+  const auto count = [&report](TrackingState s) { return report.frames.count(s) != 0 ? report.frames.at(s) : 0L; };
   const std::shared_ptr<const Map> map = system.map();
   fmt::print("{} images: {} tracked, {} on odometry, {} lost, {} before initialisation\n", result.frames.size(),
-             count(FrameState::kTracking) + count(FrameState::kRelocalized), count(FrameState::kOdometry),
-             count(FrameState::kLost), count(FrameState::kInitializing));
+             count(TrackingState::kTracking) + count(TrackingState::kRelocalized), count(TrackingState::kOdometry),
+             count(TrackingState::kLost), count(TrackingState::kInitializing));
   if (map == nullptr) {
     fmt::print("no map: still waiting for {}\n", result.frames.empty() ? "images" : result.frames.back().waiting_for);
   } else {

@@ -201,7 +201,7 @@ TrackResult FrameTrack::Found() const {
 
 TrackResult FrameTrack::Predicted() const {
   TrackResult predicted = result_;
-  predicted.status = prediction_.from_odometry ? TrackStatus::kOdometry : TrackStatus::kLost;
+  predicted.status = prediction_.from_odometry ? TrackingState::kOdometry : TrackingState::kLost;
   predicted.T_map_base = prediction_.T_map_base;
   predicted.covariance = prediction_.covariance;
   predicted.matches = FrameMatches{};

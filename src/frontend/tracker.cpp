@@ -103,7 +103,7 @@ TrackResult Tracker::Track(const TrackInput& input, const Map& map) {
       result.odometry_rejected = false;
       result.slip.setZero();
     }
-    result.status = localized() && last_->tracked ? TrackStatus::kTracking : TrackStatus::kRelocalized;
+    result.status = localized() && last_->tracked ? TrackingState::kTracking : TrackingState::kRelocalized;
     result.jumped = !localized() || frame.IsJump();
     if (result.jumped) Adopt(map, result);
   } else {
@@ -111,7 +111,7 @@ TrackResult Tracker::Track(const TrackInput& input, const Map& map) {
     if (!localized()) return result;
   }
   result.wants_keyframe =
-      input.may_make_keyframe && result.status != TrackStatus::kLost && WantsKeyframe(input, map, result);
+      input.may_make_keyframe && result.status != TrackingState::kLost && WantsKeyframe(input, map, result);
   if (result.wants_keyframe && result.inliers > 0) {
     const std::optional<FloorReading> reading = frame.ReadFloorOf(result);
     if (reading.has_value()) result.off_floor_since = floor_.Add(*reading);
@@ -129,7 +129,7 @@ bool Tracker::WantsKeyframe(const TrackInput& input, const Map& map, const Track
   if (reference == nullptr) return true;
   const Rigid3 moved = reference->T_map_camera().Inverse() * T_map_camera;
   const double angle = LogSo3(moved.rotation).norm();
-  if (result.status == TrackStatus::kOdometry) {
+  if (result.status == TrackingState::kOdometry) {
     constexpr double kBlindDistance = 0.25;  // m between keyframes that rest on odometry alone
     return static_cast<int>(input.features->keypoints.size()) >= o.keyframe_min_features &&
            (moved.translation.norm() > kBlindDistance || angle > o.keyframe_angle);
@@ -156,7 +156,7 @@ void Tracker::Adopt(const Map& map, const TrackResult& result) {
 
 void Tracker::Remember(const TrackInput& input, const Map& map, TrackResult* result) {
   const Rigid3 T_map_last = last_->T_map_base(map);
-  const bool tracked = result->status == TrackStatus::kTracking || result->status == TrackStatus::kRelocalized;
+  const bool tracked = result->status == TrackingState::kTracking || result->status == TrackingState::kRelocalized;
   if (tracked && last_->tracked) {
     last_->velocity = T_map_last.Inverse() * result->T_map_base;
   } else {

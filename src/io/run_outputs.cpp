@@ -129,8 +129,8 @@ Json ReportJson(const SlamSystem& system, const RunResult& result, const Pipelin
   const SystemReport& report = system.report();
   const std::shared_ptr<const Map> map = system.map();
   Json json;
-  for (const FrameState state : {FrameState::kInitializing, FrameState::kTracking, FrameState::kRelocalized,
-                                 FrameState::kOdometry, FrameState::kLost}) {
+  for (const TrackingState state : {TrackingState::kInitializing, TrackingState::kTracking, TrackingState::kRelocalized,
+                                    TrackingState::kOdometry, TrackingState::kLost}) {
     const auto it = report.frames.find(state);
     json["frames"][ToString(state)] = it == report.frames.end() ? 0 : it->second;
   }

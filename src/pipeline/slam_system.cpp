@@ -23,20 +23,6 @@ MeasurementModel MakeMeasurementModel(const PipelineOptions& options, const Came
   return context;
 }
 
-FrameState ToState(TrackStatus status) {
-  switch (status) {
-    case TrackStatus::kTracking:
-      return FrameState::kTracking;
-    case TrackStatus::kRelocalized:
-      return FrameState::kRelocalized;
-    case TrackStatus::kOdometry:
-      return FrameState::kOdometry;
-    case TrackStatus::kLost:
-      break;
-  }
-  return FrameState::kLost;
-}
-
 std::optional<PlanarMotion> Step(const FramePacket& packet, const OdometryNoise& noise) {
   if (packet.odometry.empty()) return std::nullopt;
   return Preintegrate(packet.odometry, noise);
@@ -50,22 +36,6 @@ FrameFeaturesPtr Extract(OrbExtractor* extractor, const FramePacket& packet, boo
 }
 
 }  // namespace
-
-const char* ToString(FrameState state) {
-  switch (state) {
-    case FrameState::kInitializing:
-      return "initializing";
-    case FrameState::kTracking:
-      return "tracking";
-    case FrameState::kOdometry:
-      return "odometry";
-    case FrameState::kRelocalized:
-      return "relocalized";
-    case FrameState::kLost:
-      return "lost";
-  }
-  return "lost";
-}
 
 SlamSystem::SlamSystem(const PipelineOptions& options, const CameraModel& camera, bool has_base_transform,
                        Schedule schedule)
@@ -161,7 +131,7 @@ void SlamSystem::Initialize(const FramePacket& packet, const FrameFeaturesPtr& f
   report_.initialized = packet.image.stamp;
   report_.keyframes_made = 2;
   PlaceEarlyFrames();
-  report->state = FrameState::kTracking;
+  report->state = TrackingState::kTracking;
   report->keyframe = true;
   report->T_map_base = keyframe.T_map_base;
   report->covariance =
@@ -221,7 +191,7 @@ void SlamSystem::TrackFrame(const FramePacket& packet, const FrameFeaturesPtr& f
       tracker_.Track({packet.image.stamp, features, packet.T_base_camera, step, may_make_keyframe}, *map_);
   report->track_ms = tracking.Milliseconds();
   AddSinceKeyframe(step, result);
-  report->state = ToState(result.status);
+  report->state = result.status;
   report->inliers = result.inliers;
   report->covariance = result.covariance + CovarianceOfMapAt(result.T_map_base);
   report->odometry_rejected = result.odometry_rejected;
@@ -236,15 +206,15 @@ void SlamSystem::TrackFrame(const FramePacket& packet, const FrameFeaturesPtr& f
   if (!was_localized) before_map_.push_back({packet.image.stamp, packet.T_base_camera, step});
   if (!map_->metric) report->waiting_for = scale_missing_;
   if (!tracker_.localized()) {
-    report->state = FrameState::kInitializing;
+    report->state = TrackingState::kInitializing;
     report->waiting_for = "a view that the saved map knows";
   }
-  if (result.status == TrackStatus::kLost) return;
+  if (result.status == TrackingState::kLost) return;
   if (result.jumped) since_keyframe_.reset();  // odometry did not lead here
   if (!was_localized) PlaceFramesBefore(result);
   report->T_map_base = result.T_map_base;
   T_map_base_last_ = result.T_map_base;
-  const bool on_odometry = result.status == TrackStatus::kOdometry;
+  const bool on_odometry = result.status == TrackingState::kOdometry;
   trajectory_.Add({packet.image.stamp, result.reference, result.T_ref_base, packet.T_base_camera, on_odometry});
   if (!localizing()) sweeps_.Add(packet, trajectory_.size() - 1);
   if (result.wants_keyframe && !pending_.has_value()) {
@@ -278,7 +248,7 @@ void SlamSystem::Propose(const FramePacket& packet, const FrameFeaturesPtr& feat
     std::optional<LaserSweep> own = sweeps_.TakeLatest(*packet.T_odom_base, packet.image.stamp);
     if (own.has_value()) proposal.keyframe.sweeps.push_back(std::move(*own));
   }
-  proposal.sweeps = sweeps_.Take(*map_, trajectory_, result.status != TrackStatus::kOdometry);
+  proposal.sweeps = sweeps_.Take(*map_, trajectory_, result.status != TrackingState::kOdometry);
   sightings_ = CountSightings{};
   since_keyframe_.reset();
   if (!packet.odometry.empty() || packet.T_odom_base.has_value()) since_keyframe_ = PlanarMotion{};

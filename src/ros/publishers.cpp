@@ -200,13 +200,13 @@ void DiagnosticsPublisher::Publish() {
     pair.value = value;
     message.values.push_back(pair);
   };
-  const FrameState state = status.frame.has_value() ? status.frame->state : FrameState::kInitializing;
+  const TrackingState state = status.frame.has_value() ? status.frame->state : TrackingState::kInitializing;
   // Waiting a moment is normal; a second without a frame is not.
   std::string waiting_for = stalled ? (status.waiting_for.empty() ? "images" : status.waiting_for) : "";
-  if (!stalled && state == FrameState::kInitializing) waiting_for = status.frame->waiting_for;
-  const bool well = !stalled && (state == FrameState::kTracking || state == FrameState::kRelocalized);
+  if (!stalled && state == TrackingState::kInitializing) waiting_for = status.frame->waiting_for;
+  const bool well = !stalled && (state == TrackingState::kTracking || state == TrackingState::kRelocalized);
   message.level = well ? DiagnosticStatus::OK : DiagnosticStatus::WARN;
-  if (!stalled && state == FrameState::kLost) message.level = DiagnosticStatus::ERROR;
+  if (!stalled && state == TrackingState::kLost) message.level = DiagnosticStatus::ERROR;
   message.message =
       waiting_for.empty() ? ToString(state) : fmt::format("{}, waiting for {}", ToString(state), waiting_for);
   add("state", ToString(state));

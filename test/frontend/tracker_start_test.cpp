@@ -60,29 +60,29 @@ TEST_F(TrackerStartTest, APoseAFewCentimetresOffIsConfirmedByTheFirstFrame) {
                    Covariance(0.05, DegreesToRadians(1.5)));
   EXPECT_TRUE(tracker_.localized());
   const TrackResult result = Drive(true);
-  ASSERT_EQ(result.status, TrackStatus::kRelocalized);
+  ASSERT_EQ(result.status, TrackingState::kRelocalized);
   EXPECT_FALSE(result.odometry_rejected);
   EXPECT_FALSE(result.jumped);
   ExpectAtTheTruth(result);
-  EXPECT_EQ(Drive(true).status, TrackStatus::kTracking);
+  EXPECT_EQ(Drive(true).status, TrackingState::kTracking);
 }
 
 TEST_F(TrackerStartTest, APoseThatIsRoughlyRightIsCorrectedWithinSomeFrames) {
   const Rigid3 given = test::SyntheticPose(kStart) * Embed3(Rigid2(0.25, -0.17, DegreesToRadians(10.0)));
   tracker_.StartAt(world_.map, given, Covariance(0.25, DegreesToRadians(10.0)));
   TrackResult result = Drive(true);
-  EXPECT_EQ(result.status, TrackStatus::kOdometry);
+  EXPECT_EQ(result.status, TrackingState::kOdometry);
   EXPECT_FALSE(result.wants_keyframe);
   EXPECT_GT(result.covariance(0, 0), 0.2 * 0.2);
   ExpectRelativeToItsReference(result);
   constexpr int kFrames = 5;
-  for (int i = 1; i < kFrames && result.status == TrackStatus::kOdometry; ++i) result = Drive(true);
-  ASSERT_EQ(result.status, TrackStatus::kRelocalized);
+  for (int i = 1; i < kFrames && result.status == TrackingState::kOdometry; ++i) result = Drive(true);
+  ASSERT_EQ(result.status, TrackingState::kRelocalized);
   EXPECT_FALSE(result.odometry_rejected) << "the wheels were right";
   EXPECT_EQ(result.slip.norm(), 0.0);
   ExpectAtTheTruth(result);
   ExpectRelativeToItsReference(result);
-  EXPECT_EQ(Drive(true).status, TrackStatus::kTracking);
+  EXPECT_EQ(Drive(true).status, TrackingState::kTracking);
 }
 
 TEST_F(TrackerStartTest, APoseThatIsWrongIsGivenUp) {
@@ -90,11 +90,11 @@ TEST_F(TrackerStartTest, APoseThatIsWrongIsGivenUp) {
   tracker_.StartAt(world_.map, given, Covariance(0.25, DegreesToRadians(10.0)));
   constexpr int kFrames = 40;
   TrackResult result = Drive(true, true, 0.0);
-  for (int i = 1; i < kFrames && result.status == TrackStatus::kOdometry; ++i) {
+  for (int i = 1; i < kFrames && result.status == TrackingState::kOdometry; ++i) {
     ASSERT_FALSE(result.wants_keyframe) << i;
     result = Drive(true, true, 0.0);
   }
-  ASSERT_EQ(result.status, TrackStatus::kRelocalized);
+  ASSERT_EQ(result.status, TrackingState::kRelocalized);
   EXPECT_TRUE(result.jumped);
   EXPECT_FALSE(result.odometry_rejected);
   ExpectAtTheTruth(result);
@@ -104,7 +104,7 @@ TEST_F(TrackerStartTest, MakesNoKeyframeBeforeAViewConfirmsThePose) {
   tracker_.StartAt(world_.map, test::SyntheticPose(kStart), Covariance(0.25, DegreesToRadians(10.0)));
   for (int i = 0; i < 15; ++i) {  // 0.75 m, which on odometry is worth keyframes
     const TrackResult result = Drive(true, false);
-    ASSERT_EQ(result.status, TrackStatus::kOdometry);
+    ASSERT_EQ(result.status, TrackingState::kOdometry);
     EXPECT_FALSE(result.wants_keyframe) << i;
   }
   bool wanted = false;
@@ -116,13 +116,13 @@ TEST_F(TrackerStartTest, WithoutOdometryIsLostAtTheGivenPoseUntilAViewIsRecogniz
   const Rigid3 given = test::SyntheticPose(kStart) * Embed3(Rigid2(0.3, 0.0, 0.1));
   tracker_.StartAt(world_.map, given, Covariance(0.25, DegreesToRadians(10.0)));
   const TrackResult lost = Drive(false, false);
-  EXPECT_EQ(lost.status, TrackStatus::kLost);
+  EXPECT_EQ(lost.status, TrackingState::kLost);
   EXPECT_FALSE(lost.wants_keyframe);
   EXPECT_LT(LogSe3(given.Inverse() * lost.T_map_base).norm(), 1e-9);
   ExpectRelativeToItsReference(lost);
   EXPECT_TRUE(tracker_.localized());
   const TrackResult found = Drive(false);
-  ASSERT_EQ(found.status, TrackStatus::kRelocalized);
+  ASSERT_EQ(found.status, TrackingState::kRelocalized);
   ExpectAtTheTruth(found);
 }
 
@@ -130,7 +130,7 @@ TEST_F(TrackerStartTest, ForgetsWhatItKnewBefore) {
   tracker_.Start(world_.map, KeyframeId{0});
   tracker_.StartAt(world_.map, test::SyntheticPose(kStart), Covariance(0.02, DegreesToRadians(0.5)));
   const TrackResult result = Drive(true);
-  ASSERT_EQ(result.status, TrackStatus::kRelocalized);
+  ASSERT_EQ(result.status, TrackingState::kRelocalized);
   ExpectAtTheTruth(result);
 }
 

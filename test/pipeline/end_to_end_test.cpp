@@ -73,7 +73,7 @@ class EndToEnd : public ::testing::Test {
 };
 std::unique_ptr<test::TemporaryFolder> EndToEnd::folder_;
 
-long Count(const SystemReport& report, FrameState state) {
+long Count(const SystemReport& report, TrackingState state) {
   const auto it = report.frames.find(state);
   return it == report.frames.end() ? 0 : it->second;
 }
@@ -101,8 +101,9 @@ TEST_F(EndToEnd, MetricTrajectoryAndMapFromOdometrySeededStart) {
   EXPECT_TRUE(run.map->metric);
   const std::vector<std::string> problems = Validate(*run.map);
   EXPECT_TRUE(problems.empty()) << problems.front();
-  const long tracked = Count(run.report, FrameState::kTracking) + Count(run.report, FrameState::kRelocalized);
-  const long after_start = static_cast<long>(run.result.frames.size()) - Count(run.report, FrameState::kInitializing);
+  const long tracked = Count(run.report, TrackingState::kTracking) + Count(run.report, TrackingState::kRelocalized);
+  const long after_start =
+      static_cast<long>(run.result.frames.size()) - Count(run.report, TrackingState::kInitializing);
   EXPECT_GE(tracked, after_start * 95 / 100);
   const TrajectoryErrors errors = Errors(out / "trajectory.txt");
   EXPECT_LE(errors.ate.rmse, 0.05);
@@ -164,7 +165,7 @@ TEST_F(EndToEnd, ASavedMapIsLocalizedInAndStaysAsItIs) {
   PipelineOptions options;
   options.mode = RunMode::kLocalization;
   const Outcome run = Run(options, out, Schedule::kInline, &*saved);
-  EXPECT_GE(Count(run.report, FrameState::kTracking), static_cast<long>(run.result.frames.size()) * 95 / 100);
+  EXPECT_GE(Count(run.report, TrackingState::kTracking), static_cast<long>(run.result.frames.size()) * 95 / 100);
   const TrajectoryErrors errors = Errors(out / "trajectory.txt");
   EXPECT_LE(errors.ate.rmse, 0.05);
   EXPECT_GE(errors.coverage, 0.98) << "odometry places the frames before the first recognised one";

@@ -142,7 +142,7 @@ TEST(TrackingLoop, TracksAndMapsOnThreadsOfItsOwn) {
   ASSERT_TRUE(snapshot.has_value());
   EXPECT_TRUE(snapshot->map->metric);
   EXPECT_GE(snapshot->map->keyframes.size(), 2U);
-  EXPECT_EQ(reports.back().state, FrameState::kTracking);
+  EXPECT_EQ(reports.back().state, TrackingState::kTracking);
   // The map starts where the first keyframe is.
   const Timestamp start = (*snapshot->map->keyframes.begin()).second.stamp;
   const double driven = kStep / kPeriod * SecondsBetween(start, reports.back().stamp);

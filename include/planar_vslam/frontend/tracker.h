@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "planar_vslam/frontend/place_search.h"
+#include "planar_vslam/frontend/tracking_state.h"
 #include "planar_vslam/map/map.h"
 #include "planar_vslam/planar/floor_monitor.h"
 #include "planar_vslam/planar/odometry_noise.h"
@@ -16,13 +17,6 @@
 #include "planar_vslam/sensor/camera_model.h"
 
 namespace planar_vslam {
-
-enum class TrackStatus {
-  kTracking,     // pose from vision (and odometry)
-  kRelocalized,  // the same, first frame after a time without
-  kOdometry,     // pose predicted by odometry
-  kLost,         // no pose
-};
 
 struct TrackerOptions {
   double pixel_sigma = 1.0;                      // px at octave 0
@@ -60,7 +54,7 @@ struct TrackInput {
 };
 
 struct TrackResult {
-  TrackStatus status = TrackStatus::kLost;
+  TrackingState status = TrackingState::kLost;
   Rigid3 T_map_base;
   Matrix6d covariance = Matrix6d::Identity();  // of a right perturbation [translation, rotation]
   KeyframeId reference;                        // keyframe the pose is relative to

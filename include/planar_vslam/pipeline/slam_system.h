@@ -10,6 +10,7 @@
 
 #include "planar_vslam/frontend/initializer.h"
 #include "planar_vslam/frontend/tracker.h"
+#include "planar_vslam/frontend/tracking_state.h"
 #include "planar_vslam/map/map_file.h"
 #include "planar_vslam/pipeline/executor.h"
 #include "planar_vslam/pipeline/options.h"
@@ -19,12 +20,9 @@
 
 namespace planar_vslam {
 
-enum class FrameState { kInitializing, kTracking, kOdometry, kRelocalized, kLost };
-const char* ToString(FrameState state);
-
 struct FrameReport {
   Timestamp stamp;
-  FrameState state = FrameState::kInitializing;
+  TrackingState state = TrackingState::kInitializing;
   std::optional<Rigid3> T_map_base;            // of a metric map, or of an unscaled one when `metric` is false
   Matrix6d covariance = Matrix6d::Identity();  // tangent [translation, rotation] at the pose
   bool metric = false;
@@ -46,7 +44,7 @@ struct ScaleReport {
 };
 
 struct SystemReport {
-  std::map<FrameState, long> frames;
+  std::map<TrackingState, long> frames;
   long keyframes_made = 0, keyframes_culled = 0;
   std::vector<std::pair<Timestamp, ClosedLoop>> loops;  // by the keyframe that closed it
   long odometry_rejected = 0;
