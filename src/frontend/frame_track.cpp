@@ -90,8 +90,7 @@ bool FrameTrack::SearchLastFrame() {
     ProjectionSearchOptions search;
     search.radius = window * context_.options.frame_search_radius;
     search.ratio = kRatio;
-    SearchByProjection(map_, last_->landmarks, used_.T_map_base * view_.T_base_camera, view_.camera, *view_.features,
-                       search, &result_.matches);
+    Match(last_->landmarks, search);
     if (result_.matches.count >= kEnoughMatches && Optimize()) return true;
   }
   return false;
@@ -112,8 +111,7 @@ bool FrameTrack::SearchAroundPrediction() {
   search.max_distance = kMaxDistance;
   result_.matches = FrameMatches{};
   result_.T_map_base = used_.T_map_base;
-  SearchByProjection(map_, LandmarksOf(map_, keyframes), T_map_camera, view_.camera, *view_.features, search,
-                     &result_.matches);
+  Match(LandmarksOf(map_, keyframes), search);
   return result_.matches.count >= o.min_inliers_rematch && Optimize() && result_.inliers >= o.min_inliers_rematch &&
          !result_.odometry_rejected;
 }
@@ -143,12 +141,19 @@ bool FrameTrack::TrackLocalMap() {
   ProjectionSearchOptions search;
   search.radius = o.map_search_radius;
   result_.matches.visible = ValidOnly(result_.matches.landmarks);
-  SearchByProjection(map_, LandmarksOf(map_, local), T_map_camera, view_.camera, *view_.features, search,
-                     &result_.matches);
+  Match(LandmarksOf(map_, local), search);
   return Optimize();
 }
 
+void FrameTrack::Match(const std::vector<LandmarkId>& candidates, const ProjectionSearchOptions& search) {
+  const Stopwatch matching;
+  SearchByProjection(map_, candidates, result_.T_map_base * view_.T_base_camera, view_.camera, *view_.features, search,
+                     &result_.matches);
+  AddTime("track.match", matching);
+}
+
 bool FrameTrack::Optimize() {
+  const Stopwatch posing;
   std::vector<PoseObservation> observations = ObservationsOf(map_, view_, result_.matches);
   PoseOnlyProblem problem = PoseProblem(view_, result_.T_map_base);
   if (used_.from_odometry) problem.prior = PosePrior{used_.T_map_base, SquareRootInformation(used_.covariance)};
@@ -175,6 +180,7 @@ bool FrameTrack::Optimize() {
   result_.inliers = pose.inliers;
   result_.covariance = CovarianceOf(pose);
   KeepInliers(observations, &result_.matches);
+  AddTime("track.pose", posing);
   const bool odometry_agrees = used_.from_odometry && !result_.odometry_rejected;
   const TrackerOptions& o = context_.options;
   return result_.inliers >= (odometry_agrees ? o.min_inliers_odometry : o.min_inliers);

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "planar_vslam/frontend/tracker.h"
+#include "planar_vslam/geometry/stopwatch.h"
 #include "planar_vslam/planar/floor_monitor.h"
 #include "planar_vslam/recognition/place.h"
 
@@ -42,6 +43,10 @@ class FrameTrack {
   // Buildings repeat themselves: a far place that only looks alike shows little of what should be in view there.
   bool IsLookAlike() const;
 
+  // "track.match", "track.pose" and what is added; times of one name add up.
+  void AddTime(const char* stage, const Stopwatch& watch) { times_.push_back({stage, watch.Milliseconds()}); }
+  const StageTimes& times() const { return times_; }
+
   // With the pose found, `status` and what is relative to a keyframe left open.
   TrackResult Found() const;
   // With the prediction, where nothing was found.
@@ -53,6 +58,8 @@ class FrameTrack {
   PosePrediction PredictWithoutOdometry() const;
   PosePrediction Predict() const;
   bool SearchLastFrame();
+  // `candidates` among the keypoints, from the pose so far; added to the matches.
+  void Match(const std::vector<LandmarkId>& candidates, const ProjectionSearchOptions& search);
   bool Optimize();
 
   const TrackerContext& context_;
@@ -63,6 +70,7 @@ class FrameTrack {
   PosePrediction prediction_;
   PosePrediction used_;  // what takes part in the pose
   TrackResult result_;
+  StageTimes times_;
 };
 
 }  // namespace planar_vslam

@@ -71,7 +71,10 @@ bool Tracker::FindFirstPose(const Map& map, FrameTrack* frame) {
     const bool anywhere = last_->blind_frames >= kPatience && last_->blind_frames % kGlobalPeriod == 0;
     if (!anywhere) expected.T_map_base = frame->prediction().T_map_base;
   }
-  return frame->Take(places_.FindConfirmed(map, frame->view(), expected));
+  const Stopwatch searching;
+  const bool found = frame->Take(places_.FindConfirmed(map, frame->view(), expected));
+  frame->AddTime("track.place_search", searching);
+  return found;
 }
 
 TrackResult Tracker::Track(const TrackInput& input, const Map& map) {
@@ -89,8 +92,9 @@ TrackResult Tracker::Track(const TrackInput& input, const Map& map) {
     if (result.jumped) Adopt(map, result);
   } else {
     result = frame.Predicted();
-    if (!localized()) return result;
   }
+  result.times = frame.times();
+  if (!localized()) return result;
   result.wants_keyframe =
       input.may_make_keyframe && result.status != TrackingState::kLost && WantsKeyframe(input, map, result);
   if (result.wants_keyframe && result.inliers > 0) {

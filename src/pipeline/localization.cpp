@@ -95,6 +95,7 @@ void Localization::Track(const FramePacket& packet, bool may_make_keyframe, Trac
   frame->track = tracker_.Track(
       {packet.image.stamp, frame->features, packet.T_base_camera, frame->step, may_make_keyframe}, *map_);
   const TrackResult& track = frame->track;
+  report->times.insert(report->times.end(), track.times.begin(), track.times.end());
   report->metric = map_->metric;
   report->state = track.status;
   report->inliers = track.inliers;
@@ -112,6 +113,7 @@ void Localization::Track(const FramePacket& packet, bool may_make_keyframe, Trac
 
 void Localization::Record(const FramePacket& packet, bool was_localized, TrackedFrame* frame) {
   const TrackResult& track = frame->track;
+  report->times.insert(report->times.end(), track.times.begin(), track.times.end());
   const RecordedFrame recorded{packet.image.stamp, track.reference, track.T_ref_base, packet.T_base_camera,
                                track.status == TrackingState::kOdometry};
   if (!was_localized) {

@@ -32,7 +32,9 @@ double DurationHistogram::Percentile(double share) const {
 }
 
 void StageStatistics::Add(const StageTimes& times) {
-  for (const StageTime& time : times) Add(time.stage, time.ms);
+  std::map<std::string, double> sums;
+  for (const StageTime& time : times) sums[time.stage] += time.ms;
+  for (const auto& [stage, milliseconds] : sums) Add(stage, milliseconds);
 }
 
 }  // namespace planar_vslam

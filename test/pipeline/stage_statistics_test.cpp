@@ -28,9 +28,10 @@ TEST(DurationHistogram, TakesAnyDuration) {
 TEST(StageStatistics, KeepsStagesApart) {
   StageStatistics statistics;
   statistics.Add(StageTimes{{"map.fuse", 2.0}, {"frame.track", 1.0}});
-  statistics.Add(StageTimes{{"map.fuse", 4.0}});
+  statistics.Add(StageTimes{{"map.fuse", 3.0}, {"map.fuse", 1.0}});
   ASSERT_EQ(statistics.stages().size(), 2U);
   EXPECT_EQ(statistics.stages().at("map.fuse").sum(), 6.0);
+  EXPECT_EQ(statistics.stages().at("map.fuse").count(), 2) << "within one job they add up";
   EXPECT_EQ(statistics.stages().at("frame.track").count(), 1);
 }
 

@@ -9,6 +9,7 @@
 #include "planar_vslam/frontend/place_search.h"
 #include "planar_vslam/frontend/tracking_state.h"
 #include "planar_vslam/geometry/option_fields.h"
+#include "planar_vslam/geometry/stopwatch.h"
 #include "planar_vslam/map/map.h"
 #include "planar_vslam/planar/floor_monitor.h"
 #include "planar_vslam/planar/odometry_noise.h"
@@ -98,6 +99,7 @@ struct TrackResult {
   bool on_floor = true;  // whether the floor prior took part
   std::optional<Timestamp> off_floor_since;  // the floor was left, as this frame tells, then (floor_monitor.h)
   FrameMatches matches;                      // inliers only
+  StageTimes times;                          // "track.match", "track.pose", "track.place_search"
 };
 
 // What a frame leaves behind for the next one.

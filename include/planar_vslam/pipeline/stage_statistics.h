@@ -31,6 +31,7 @@ class DurationHistogram {
 class StageStatistics {
  public:
   void Add(const std::string& stage, double milliseconds) { stages_[stage].Add(milliseconds); }
+  // Of one frame or job: times of one name add up.
   void Add(const StageTimes& times);
 
   // By name, which orders stages of one part together: "map.triangulate", "bundle.jacobians".
