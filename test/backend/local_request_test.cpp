@@ -100,7 +100,9 @@ TEST_F(LocalRequestTest, HoldsAtMostSoManyAndThenThoseThatSeeMost) {
     if (id != linked) least_kept = std::min(least_kept, Seen(all, id));
   }
   for (const KeyframeId id : all.fixed_keyframes) {
-    if (!Holds(few.fixed_keyframes, id)) EXPECT_LE(Seen(all, id), least_kept) << id.value;
+    if (!Holds(few.fixed_keyframes, id)) {
+      EXPECT_LE(Seen(all, id), least_kept) << id.value;
+    }
   }
 }
 
