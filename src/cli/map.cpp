@@ -187,7 +187,7 @@ std::vector<CloudPoint> FilteredCloud(const Map& map, const ExportArguments& arg
   std::vector<CloudPoint> cloud = LandmarkCloud(map);
   if (arguments.isolated > 0.0) {
     std::vector<Eigen::Vector3d> positions;
-    for (const CloudPoint& point : cloud) positions.push_back(point.position.cast<double>());
+    for (const CloudPoint& point : cloud) positions.emplace_back(point.position.cast<double>());
     std::vector<CloudPoint> kept;
     for (const int i : RadiusInliers(positions, arguments.isolated, LandmarkAcceptance{}.min_neighbors)) {
       kept.push_back(cloud[static_cast<std::size_t>(i)]);

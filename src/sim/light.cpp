@@ -55,8 +55,9 @@ Source SourceOf(const Surface& window) {
 float LightFrom(const SceneImpl& scene, const Source& source, const Vector3f& point, const Vector3f& normal) {
   float light = 0.0f;
   for (int i = 0; i < kSourceSamples * kSourceSamples; ++i) {
-    const float a = (static_cast<float>(i % kSourceSamples) + 0.5f) / kSourceSamples;
-    const float b = (static_cast<float>(i / kSourceSamples) + 0.5f) / kSourceSamples;
+    const int column = i % kSourceSamples, row = i / kSourceSamples;
+    const float a = (static_cast<float>(column) + 0.5f) / kSourceSamples;
+    const float b = (static_cast<float>(row) + 0.5f) / kSourceSamples;
     const Vector3f to_source = source.corner + a * source.right + b * source.down - point;
     if (to_source.dot(source.normal) >= 0.0f || to_source.dot(normal) <= 0.0f) continue;  // behind it or the face
     const float distance = to_source.norm();
