@@ -222,19 +222,6 @@ class LeggedFinder {
 
 }  // namespace
 
-std::vector<std::string> LeggedOptions::Problems() const {
-  std::vector<std::string> problems;
-  const auto require = [&problems](bool holds, const char* problem) {
-    if (!holds) problems.emplace_back(problem);
-  };
-  require(std::isfinite(max_leg) && max_leg > 0.0, "legged_max_leg: expected metres above 0");
-  require(std::isfinite(max_side) && min_side > 0.0 && max_side > min_side,
-          "legged_min_side, legged_max_side: expected 0 < min_side < max_side");
-  require(std::isfinite(max_height) && min_height > 0.0 && max_height > min_height,
-          "legged_min_height, legged_max_height: expected 0 < min_height < max_height");
-  return problems;
-}
-
 std::vector<Overhang> FindLegged(const LeggedEvidence& evidence, const LeggedOptions& options,
                                  const OverhangOptions& overhang) {
   const std::vector<std::string> problems = options.Problems();

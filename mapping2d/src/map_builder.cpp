@@ -22,7 +22,7 @@ double ShareInVoxel(double depth_sigma, double resolution) {
 double HeightSigma(const Eigen::Vector3d& ray, double depth_sigma, const MapBuilderOptions& options) {
   const double distance = ray.norm();
   if (distance <= 0.0) return 0.0;
-  return std::hypot(depth_sigma * ray.z() / distance, distance * DegreesToRadians(options.tilt_sigma_deg));
+  return std::hypot(depth_sigma * ray.z() / distance, distance * options.tilt_sigma);
 }
 
 void Sight(const PosedPoints& points, const MapBuilderOptions& options, Sighting* sighting) {

@@ -49,7 +49,7 @@ Cloud::Ptr LevelPoints(const std::vector<Eigen::Vector3d>& points, const Overhan
   std::vector<float> squared_distances;
   for (const pcl::PointXYZ& p : *cloud) {
     tree.radiusSearch(p, options.neighborhood, neighbors, squared_distances);
-    if (IsLevel(*cloud, neighbors, DegreesToRadians(options.max_tilt_deg))) level->push_back(p);
+    if (IsLevel(*cloud, neighbors, options.max_tilt)) level->push_back(p);
   }
   return level;
 }
@@ -131,22 +131,6 @@ Cloud::Ptr TakeFace(Cloud* cloud, const OverhangOptions& options, double* height
 }
 
 }  // namespace
-
-std::vector<std::string> OverhangOptions::Problems() const {
-  std::vector<std::string> problems;
-  const auto require = [&problems](bool holds, const char* problem) {
-    if (!holds) problems.emplace_back(problem);
-  };
-  require(std::isfinite(min_height) && std::isfinite(max_height) && max_height > min_height && min_height > 0.0,
-          "overhang_min_height, overhang_max_height: expected 0 < min_height < max_height");
-  require(std::isfinite(thickness) && thickness > 0.0, "overhang_thickness: expected metres above 0");
-  require(std::isfinite(neighborhood) && neighborhood > 0.0, "overhang_neighborhood: expected metres above 0");
-  require(max_tilt_deg > 0.0 && max_tilt_deg <= 45.0, "overhang_max_tilt_deg: expected degrees in (0, 45]");
-  require(std::isfinite(max_gap) && max_gap > 0.0, "overhang_max_gap: expected metres above 0");
-  require(min_points >= 3, "overhang_min_points: expected at least 3");
-  require(min_sight_lines >= 1, "overhang_min_sight_lines: expected at least 1");
-  return problems;
-}
 
 bool Overhang::Contains(const Eigen::Vector2d& p) const {
   bool inside = false;

@@ -7,9 +7,10 @@
 namespace planar_vslam {
 namespace {
 
-constexpr double kReleaseChangeSquared = 49.0;  // 7 sigma: 3.5 degrees or 7 cm within a metre at the default sigmas
-// 11 sigma: 11 cm or 5.5 degrees at the default sigmas. An empirical limit between the bends of maps on flat floors and
-// a street, see BENCHMARK.md.
+// Fitted. 7 sigma: 3.5 degrees or 7 cm within a metre at the default sigmas.
+constexpr double kReleaseChangeSquared = 49.0;
+// Fitted. 11 sigma: 11 cm or 5.5 degrees at the default sigmas, an empirical limit between the bends of maps on flat
+// floors and a street, see BENCHMARK.md.
 constexpr double kReleaseSquared = 121.0;
 constexpr double kChi2ThreeDof90 = 6.251;  // chi-square, 3 dof, 90 %
 constexpr int kReleaseAfter = 3;

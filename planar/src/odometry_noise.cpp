@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "option_problems.h"
 
 namespace planar_vslam {
 
@@ -30,27 +29,6 @@ Eigen::Matrix3d AmclCovariance(const OdometryNoise& noise, const Rigid2& motion)
 }
 
 }  // namespace
-
-std::vector<std::string> OdometryNoise::Problems() const {
-  std::vector<std::string> problems;
-  // A rate may be zero (an error source switched off); a floor may not, or standing still would claim certainty.
-  internal::ExpectNotNegative("along_per_sqrt_meter", along_per_sqrt_meter, &problems);
-  internal::ExpectNotNegative("across_per_sqrt_meter", across_per_sqrt_meter, &problems);
-  internal::ExpectNotNegative("across_per_sqrt_radian", across_per_sqrt_radian, &problems);
-  internal::ExpectNotNegative("heading_per_sqrt_meter", heading_per_sqrt_meter, &problems);
-  internal::ExpectNotNegative("heading_per_sqrt_radian", heading_per_sqrt_radian, &problems);
-  internal::ExpectNotNegative("amcl_alpha1", amcl_alpha1, &problems);
-  internal::ExpectNotNegative("amcl_alpha2", amcl_alpha2, &problems);
-  internal::ExpectNotNegative("amcl_alpha3", amcl_alpha3, &problems);
-  internal::ExpectNotNegative("amcl_alpha4", amcl_alpha4, &problems);
-  internal::ExpectPositive("position_floor", position_floor, &problems);
-  internal::ExpectPositive("heading_floor", heading_floor, &problems);
-  internal::ExpectNotNegative("height_per_sqrt_meter", height_per_sqrt_meter, &problems);
-  internal::ExpectPositive("height_floor", height_floor, &problems);
-  internal::ExpectNotNegative("tilt_per_sqrt_meter", tilt_per_sqrt_meter, &problems);
-  internal::ExpectPositive("tilt_floor", tilt_floor, &problems);
-  return problems;
-}
 
 Eigen::Matrix3d IncrementCovariance(const OdometryNoise& noise, const Rigid2& increment) {
   if (noise.model == OdometryNoiseModel::kAmcl) return AmclCovariance(noise, increment);

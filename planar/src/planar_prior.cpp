@@ -1,17 +1,8 @@
 #include "planar_vslam/planar/planar_prior.h"
 
-#include "option_problems.h"
 #include "planar_vslam/planar/pose_manifold.h"
 
 namespace planar_vslam {
-
-std::vector<std::string> PlanarPriorOptions::Problems() const {
-  std::vector<std::string> problems;
-  internal::ExpectPositive("sigma_height", sigma_height, &problems);
-  internal::ExpectPositive("sigma_tilt", sigma_tilt, &problems);
-  internal::ExpectPositive("sigma_floor_point", sigma_floor_point, &problems);
-  return problems;
-}
 
 Eigen::Vector3d PlanarPriorResidual(const Rigid3& T_map_base, double sigma_height, double sigma_tilt,
                                     Eigen::Matrix<double, 3, 6>* J) {

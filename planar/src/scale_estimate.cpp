@@ -162,7 +162,7 @@ double SigmaByGaps(const Scatter& scatter, const std::vector<GapRatio>& ratios, 
     weights += r.weight;
   }
   way = weights > 0.0 ? way / weights : distance;
-  constexpr double kOverlap = 1.3;  // what overlapping gaps lose against one sum over the whole way
+  constexpr double kOverlap = 1.3;  // fitted: what overlapping gaps lose against one sum over the whole way
   return std::sqrt(kOverlap * (scatter.rate / distance + scatter.visual_variance / (distance * way)));
 }
 

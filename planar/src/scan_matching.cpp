@@ -7,7 +7,6 @@
 #include <limits>
 #include <utility>
 
-#include "option_problems.h"
 
 namespace planar_vslam {
 namespace {
@@ -140,15 +139,6 @@ Normal Linearize(const PreparedScan& reference, const PointGrid& grid, const Pre
 }
 
 }  // namespace
-
-std::vector<std::string> ScanMatchOptions::Problems() const {
-  std::vector<std::string> problems;
-  internal::ExpectPositive("range_sigma", range_sigma, &problems);
-  internal::ExpectPositive("max_offset", max_offset, &problems);
-  if (!(min_share > 0.0 && min_share < 1.0)) problems.emplace_back("min_share must lie between 0 and 1");
-  if (min_points < 10) problems.emplace_back("min_points must be at least 10");
-  return problems;
-}
 
 PreparedScan PrepareScan(const PlanarScan& scan, const Rigid3& T_frame_laser, const ScanMatchOptions& options) {
   PreparedScan prepared;

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "planar_vslam/map/predicted_view.h"
+#include "planar_vslam/map/queries.h"
 #include "stages.h"
 
 namespace planar_vslam {
@@ -10,17 +11,17 @@ constexpr double kChi2TwoDof95 = 5.991;  // chi-square, 2 dof, 95 %
 
 // The keypoint of `target` that shows the landmark, or -1.
 int FindKeypoint(const Map& map, const Landmark& landmark, const PredictedView& view, const FrameFeatures& features,
-                 const MapperOptions& options, std::vector<int>* indices) {
+                 const MapperContext& context, std::vector<int>* indices) {
   const double scale = map.octave_scales[static_cast<std::size_t>(view.octave)];
   const int last_octave = static_cast<int>(map.octave_scales.size()) - 1;
   indices->clear();
-  features.grid.Search(features.keypoints, view.pixel, static_cast<float>(options.fusion_radius * scale),
+  features.grid.Search(features.keypoints, view.pixel, static_cast<float>(context.options.fusion_radius * scale),
                        std::max(0, view.octave - 1), std::min(last_octave, view.octave + 1), indices);
-  int best = options.max_descriptor_distance + 1, found = -1;
+  int best = context.options.max_descriptor_distance + 1, found = -1;
   for (const int index : *indices) {
     const auto i = static_cast<std::size_t>(index);
     const Keypoint& keypoint = features.keypoints[i];
-    const double sigma = options.pixel_sigma * map.octave_scales[static_cast<std::size_t>(keypoint.octave)];
+    const double sigma = context.model.pixel_sigma * map.octave_scales[static_cast<std::size_t>(keypoint.octave)];
     const double error = (keypoint.pixel - view.pixel).cast<double>().squaredNorm();
     if (error > kChi2TwoDof95 * sigma * sigma) continue;
     const int distance = HammingDistance(landmark.descriptor, features.descriptors[i]);
@@ -51,7 +52,7 @@ MapEdit FuseInto(const Map& map, const std::vector<LandmarkId>& landmarks, Keyfr
     PredictedView view;
     if (landmark == nullptr || SeenBy(*landmark, target)) continue;
     if (!PredictView(*landmark, T_map_camera, context.model.camera, map.octave_scales, &view)) continue;
-    const int keypoint = FindKeypoint(map, *landmark, view, *keyframe.features, context.options, &indices);
+    const int keypoint = FindKeypoint(map, *landmark, view, *keyframe.features, context, &indices);
     if (keypoint < 0) continue;
     const LandmarkId holder = keyframe.landmarks[static_cast<std::size_t>(keypoint)];
     if (!holder.valid()) {
@@ -68,6 +69,22 @@ MapEdit FuseInto(const Map& map, const std::vector<LandmarkId>& landmarks, Keyfr
     merged.push_back(holder);
   }
   return edit;
+}
+
+MapEdit FuseWithNeighbors(Map* map, KeyframeId id, const MapperContext& context) {
+  const MapperOptions& o = context.options;
+  const std::vector<KeyframeId> neighbors =
+      WithNearby(*map, id, Neighbors(*map, id, o.fusion_neighbors, 1, o.min_shared), o);
+  MapEdit done;
+  const auto take = [map, &done](const MapEdit& edit) {
+    *map = Apply(std::move(*map), edit);
+    done.insert(done.end(), edit.begin(), edit.end());
+  };
+  for (const KeyframeId neighbor : neighbors) {
+    take(FuseInto(*map, ValidOnly(map->keyframes.At(id).landmarks), neighbor, context));
+  }
+  take(FuseInto(*map, LandmarksOf(*map, neighbors), id, context));
+  return done;
 }
 
 }  // namespace planar_vslam

@@ -68,19 +68,18 @@ MapEdit Join(const Map& map, const LoopView& view) {
 
 }  // namespace
 
-std::optional<Map> CloseLoop(Map map, const Loop& loop, const MeasurementModel& context) {
-  const std::vector<MapTie> ties = TiesOf(map, context);
-  const std::vector<std::pair<KeyframeId, Rigid3>> poses = SolvePoseGraph(map, ties, LoopTies(map, loop));
-  if (poses.empty()) return std::nullopt;
-  const MapEdit moved = Move(map, poses);
-  map = Apply(std::move(map), moved);
-  const MapEdit dropped = DropContradicted(map, ties);
-  map = Apply(std::move(map), dropped);
-  for (const LoopView& view : loop.views) {
-    const MapEdit joined = Join(map, view);
-    map = Apply(std::move(map), joined);
-  }
-  return map;
+Expected<BentMap> CloseLoop(Map map, const Loop& loop, const std::vector<MapTie>& ties) {
+  const auto poses = SolvePoseGraph(map, ties, LoopTies(map, loop));
+  if (!poses.ok()) return poses.error();
+  const MapEdit moved = Move(map, *poses);
+  BentMap bent{Apply(std::move(map), moved), {}};
+  const auto take = [&bent](const MapEdit& edit) {
+    bent.map = Apply(std::move(bent.map), edit);
+    bent.structure.insert(bent.structure.end(), edit.begin(), edit.end());
+  };
+  take(DropContradicted(bent.map, ties));
+  for (const LoopView& view : loop.views) take(Join(bent.map, view));
+  return bent;
 }
 
 }  // namespace planar_vslam

@@ -1,11 +1,13 @@
-// Recognising a place that was mapped before: FindLoop.
+#include "planar_vslam/backend/loop_detection.h"
+
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
-#include "planar_vslam/backend/loop_closing.h"
 #include "planar_vslam/map/distance_driven.h"
-#include "planar_vslam/optimize/pose_only.h"
-#include "planar_vslam/recognition/relocalizer.h"
+#include "planar_vslam/map/queries.h"
+#include "planar_vslam/recognition/place.h"
+#include "planar_vslam/recognition/place_index.h"
 
 namespace planar_vslam {
 namespace {
@@ -27,7 +29,7 @@ class LoopFinder {
   std::optional<Loop> Find() const {
     if (driven_.HasReturned(keyframe_)) return std::nullopt;
     for (const KeyframeId candidate : Candidates()) {
-      std::optional<Loop> loop = Verify(candidate);
+      std::optional<Loop> loop = Try(candidate);
       if (loop.has_value()) return loop;
     }
     return std::nullopt;
@@ -36,18 +38,16 @@ class LoopFinder {
  private:
   // Old keyframes in whose view the newest may stand, those that look most like it first.
   std::vector<KeyframeId> Candidates() const {
-    constexpr double kReach = 3.0;  // m, over which a place is recognised
-    constexpr double kReachAngle = DegreesToRadians(45.0);
-    constexpr std::size_t kTried = 3;
     const Eigen::Matrix3d covariance = uncertainty_.CovarianceOf(newest_);
-    const double distance = kReach + options_.sigma_factor * std::sqrt(covariance.topLeftCorner<2, 2>().trace());
-    const double angle = std::min(kReachAngle + options_.sigma_factor * std::sqrt(covariance(2, 2)), M_PI);
+    const double distance =
+        PlaceLimits::kReach + options_.sigma_factor * std::sqrt(covariance.topLeftCorner<2, 2>().trace());
+    const double angle = std::min(PlaceLimits::kReachAngle + options_.sigma_factor * std::sqrt(covariance(2, 2)), M_PI);
     std::vector<KeyframeId> old =
         NearbyKeyframes(map_, keyframe_.T_map_camera(), distance, angle, map_.keyframes.size());
     old.erase(std::remove_if(old.begin(), old.end(),
                              [this](KeyframeId id) { return driven_.Between(id, newest_) <= DistanceDriven::kReturn; }),
               old.end());
-    return KeyframesResembling(map_, *keyframe_.features, OldLandmarks(old), kTried);
+    return PlaceIndex(map_, OldLandmarks(old)).Resembling(*keyframe_.features, PlaceLimits::kTried);
   }
 
   std::vector<LandmarkId> OldLandmarks(const std::vector<KeyframeId>& keyframes) const {
@@ -58,69 +58,24 @@ class LoopFinder {
     return ids;
   }
 
-  std::optional<Loop> Verify(KeyframeId candidate) const {
-    const auto hypothesis = RelocalizeAgainst(map_, candidate, *keyframe_.features, context_.camera, {});
-    if (!hypothesis.has_value()) return std::nullopt;
-    constexpr std::size_t kOldPlace = 20;  // keyframes
-    const std::vector<LandmarkId> place = OldLandmarks(VotedKeyframes(map_, OldLandmarks({candidate}), kOldPlace));
-    Loop loop{candidate, {}};
-    LoopView view;
-    constexpr double kPnpRadius = 10.0;  // px
-    if (!Fit(newest_, hypothesis->T_map_camera * keyframe_.T_base_camera.Inverse(), place, kPnpRadius, &view) ||
-        view.matches.count < options_.min_inliers ||
-        view.matches.count < options_.min_share * static_cast<double>(view.matches.visible.size()) ||
-        !MayStandAt(candidate, view.T_map_base)) {
+  std::optional<Loop> Try(KeyframeId candidate) const {
+    const std::vector<LandmarkId> place =
+        OldLandmarks(VotedKeyframes(map_, OldLandmarks({candidate}), PlaceLimits::kPlaceKeyframes));
+    std::optional<Placement> found = Verify(map_, ViewOf(keyframe_), place, candidate);
+    if (!found.has_value() || found->matches.count < options_.min_inliers || !found->Shows(options_.min_share) ||
+        !MayStandAt(candidate, found->T_map_base)) {
       return std::nullopt;
     }
-    loop.views.push_back(std::move(view));
+    Loop loop{candidate, {{newest_, found->T_map_base, std::move(found->matches)}}};
     if (!Confirm(place, &loop)) return std::nullopt;
     return loop;
   }
 
-  // The pose from which a keyframe sees the old landmarks, from a guess of it.
-  bool Fit(KeyframeId id, const Rigid3& guess, const std::vector<LandmarkId>& place, double radius,
-           LoopView* view) const {
-    const Keyframe& keyframe = map_.keyframes.At(id);
-    *view = LoopView{id, guess, {}};
-    constexpr double kFinalRadius = 4.0;  // px
-    constexpr int kLeast = 12;            // inliers that fix a pose
-    for (const double r : {radius, kFinalRadius}) {
-      view->matches = FrameMatches{};
-      view->matches.landmarks.resize(keyframe.features->keypoints.size());
-      ProjectionSearchOptions search;
-      search.radius = r;
-      SearchByProjection(map_, place, view->T_map_base * keyframe.T_base_camera, context_.camera, *keyframe.features,
-                         search, &view->matches);
-      if (view->matches.count < kLeast || Adjust(keyframe, view) < kLeast) return false;
-    }
-    return true;
-  }
-
-  // The view's pose by its matches; of those only inliers remain, which are counted.
-  int Adjust(const Keyframe& keyframe, LoopView* view) const {
-    std::vector<PoseObservation> observations;
-    for (std::size_t i = 0; i < view->matches.landmarks.size(); ++i) {
-      const LandmarkId id = view->matches.landmarks[i];
-      if (!id.valid()) continue;
-      const Keypoint& keypoint = keyframe.features->keypoints[i];
-      const double sigma = context_.options.pixel_sigma * map_.octave_scales[static_cast<std::size_t>(keypoint.octave)];
-      observations.push_back({map_.landmarks.At(id).p_map, keypoint.pixel.cast<double>(), sigma, true});
-    }
-    PoseOnlyProblem problem;
-    problem.T_map_base = view->T_map_base;
-    problem.T_base_camera = keyframe.T_base_camera;
-    problem.camera = context_.camera;
-    problem.floor = keyframe.on_floor ? context_.planar.mode : PlanarMode::kOff;
-    problem.sigma_height = context_.planar.sigma_height;
-    problem.sigma_tilt = context_.planar.sigma_tilt;
-    view->T_map_base = OptimizePose(problem, &observations).T_map_base;
-    std::size_t next = 0;
-    for (LandmarkId& id : view->matches.landmarks) {
-      if (!id.valid() || observations[next++].inlier) continue;
-      id = LandmarkId{};
-      --view->matches.count;
-    }
-    return view->matches.count;
+  CameraView ViewOf(const Keyframe& keyframe) const {
+    CameraView view{keyframe.features, keyframe.T_base_camera, context_.camera, context_.planar,
+                    context_.pixel_sigma};
+    if (!keyframe.on_floor) view.planar.mode = PlanarMode::kOff;
+    return view;
   }
 
   // Whether the map may be off as far as that, on the floor.
@@ -136,21 +91,18 @@ class LoopFinder {
 
   // The keyframes before the newest see the place too, from where it would have them.
   bool Confirm(const std::vector<LandmarkId>& place, Loop* loop) const {
-    constexpr int kConfirmations = 2;
-    constexpr double kRadius = 10.0;  // px
-    constexpr double kAgree = 0.10;   // m
-    constexpr double kAgreeAngle = DegreesToRadians(2.0);
     const Rigid3 T_new_old = loop->views.front().T_map_base * keyframe_.T_map_base.Inverse();
     auto it = std::prev(map_.keyframes.end());
-    for (int k = 0; k < kConfirmations; ++k) {
+    for (int k = 1; k < PlaceLimits::kViewsInARow; ++k) {
       if (it == map_.keyframes.begin()) return false;
       const auto& [id, keyframe] = *--it;
       const Rigid3 expected = T_new_old * keyframe.T_map_base;
-      LoopView view;
-      if (!Fit(id, expected, place, kRadius, &view) || 2 * view.matches.count < options_.min_inliers) return false;
-      const Vector6d difference = LogSe3(expected.Inverse() * view.T_map_base);
-      if (difference.head<3>().norm() > kAgree || difference.tail<3>().norm() > kAgreeAngle) return false;
-      loop->views.push_back(std::move(view));
+      std::optional<Placement> found = Verify(map_, ViewOf(keyframe), place, expected);
+      if (!found.has_value() || 2 * found->matches.count < options_.min_inliers) return false;
+      const Vector6d difference = LogSe3(expected.Inverse() * found->T_map_base);
+      if (difference.head<3>().norm() > PlaceLimits::kAgreeDistance) return false;
+      if (difference.tail<3>().norm() > PlaceLimits::kAgreeAngle) return false;
+      loop->views.push_back({id, found->T_map_base, std::move(found->matches)});
     }
     return true;
   }
@@ -165,14 +117,6 @@ class LoopFinder {
 };
 
 }  // namespace
-
-std::vector<std::string> LoopOptions::Problems() const {
-  std::vector<std::string> problems;
-  if (min_inliers < 12) problems.emplace_back("min_inliers must be at least 12");
-  if (!(min_share > 0.0 && min_share < 1.0)) problems.emplace_back("min_share must lie between 0 and 1");
-  if (!(sigma_factor > 0.0)) problems.emplace_back("sigma_factor must be positive");
-  return problems;
-}
 
 std::optional<Loop> FindLoop(const Map& map, KeyframeId newest, const MapUncertainty& uncertainty,
                              const MeasurementModel& context, const LoopOptions& options) {

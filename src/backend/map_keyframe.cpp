@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "planar_vslam/map/queries.h"
 #include "stages.h"
 
 namespace planar_vslam {
@@ -20,94 +21,16 @@ void DropMissingLandmarks(const Map& map, Keyframe* keyframe) {
   }
 }
 
-int FuseWithNeighbors(Map* map, KeyframeId newest, const MapperContext& context) {
-  const MapperOptions& o = context.options;
-  const std::vector<KeyframeId> neighbors =
-      WithNearby(*map, newest, Neighbors(*map, newest, o.fusion_neighbors, 1, o.min_shared), o);
-  int steps = 0;
-  for (const KeyframeId neighbor : neighbors) {
-    const MapEdit edit = FuseInto(*map, LandmarksSeen(map->keyframes.At(newest)), neighbor, context);
-    steps += static_cast<int>(edit.size());
-    *map = Apply(std::move(*map), edit);
-  }
-  std::vector<LandmarkId> theirs;
-  for (const KeyframeId neighbor : neighbors) {
-    const std::vector<LandmarkId> seen = LandmarksSeen(map->keyframes.At(neighbor));
-    theirs.insert(theirs.end(), seen.begin(), seen.end());
-  }
-  std::sort(theirs.begin(), theirs.end());
-  theirs.erase(std::unique(theirs.begin(), theirs.end()), theirs.end());
-  const MapEdit edit = FuseInto(*map, theirs, newest, context);
-  *map = Apply(std::move(*map), edit);
-  return steps + static_cast<int>(edit.size());
-}
-
-SetOffFloor OffFloorSince(const Map& map, Timestamp since) {
+SetOffFloor OffFloorSince(const Map& map, Timestamp since, KeyframeId session_begin) {
   SetOffFloor off;
   for (const auto& [id, keyframe] : map.keyframes) {
-    if (keyframe.stamp >= since) off.ids.push_back(id);
+    if (!(id < session_begin) && keyframe.stamp >= since) off.ids.push_back(id);
   }
   return off;
 }
 
-BundleResult WithoutValues(BundleResult result) {
-  result.poses.clear();
-  result.points.clear();
-  result.outliers.clear();
-  return result;
-}
-
-// Closes the loop that the newest keyframe shows, if it does.
-bool CloseLoopAt(Map* map, KeyframeId newest, const MapUncertainty& uncertainty, const MapperContext& context,
-                 MappingReport* report) {
-  const std::optional<Loop> loop = FindLoop(*map, newest, uncertainty, context.model, context.loop);
-  if (!loop.has_value()) return false;
-  std::optional<Map> closed = CloseLoop(*map, *loop, context.model);
-  if (!closed.has_value()) return false;
-  const Rigid3 T_map_before = map->keyframes.At(newest).T_map_base;
-  *map = std::move(*closed);
-  for (const LoopView& view : loop->views) FuseWithNeighbors(map, view.keyframe, context);
-  const MapEdit laser = LinkByLaser(*map, newest, context.scan_match);
-  *map = Apply(std::move(*map), laser);
-  const BundleResult bundle = AdjustBundle(*map, WholeMapRequest(*map), context.model);
-  *map = Apply(std::move(*map), ToEdit(bundle));
-  report->loop = ClosedLoop{loop->old, T_map_before.Inverse() * map->keyframes.At(newest).T_map_base};
-  return true;
-}
-
-// How well the map knows where the newest keyframe stands, once a loop that ends there is closed.
-void LookBack(Map* map, KeyframeId newest, const MapperContext& context, MappingReport* report) {
-  const MapUncertainty uncertainty(*map, TiesOf(*map, context.model), context.systematic);
-  if (!CloseLoopAt(map, newest, uncertainty, context, report)) {
-    report->covariance = uncertainty.CovarianceOf(newest);
-    return;
-  }
-  const MapUncertainty closed(*map, TiesOf(*map, context.model), context.systematic);
-  report->covariance = closed.CovarianceOf(newest);
-}
-
-}  // namespace
-
-std::vector<std::string> MapperOptions::Problems() const {
-  std::vector<std::string> problems;
-  if (triangulation_neighbors < 1) problems.emplace_back("triangulation_neighbors must be at least 1");
-  if (window < 1) problems.emplace_back("window must be at least 1");
-  if (wide_window < window) problems.emplace_back("wide_window must be at least window");
-  if (wide_every < 1) problems.emplace_back("wide_every must be at least 1");
-  if (young_map < 0) problems.emplace_back("young_map must be at least 0");
-  if (max_fixed < 1) problems.emplace_back("max_fixed must be at least 1");
-  if (!(min_parallax > 0.0)) problems.emplace_back("min_parallax must be positive (rad)");
-  if (!(redundancy > 0.0 && redundancy <= 1.0)) problems.emplace_back("redundancy must lie in (0, 1]");
-  if (!(min_found_ratio >= 0.0 && min_found_ratio < 1.0)) problems.emplace_back("min_found_ratio must lie in [0, 1)");
-  if (!(fusion_radius > 0.0)) problems.emplace_back("fusion_radius must be positive (px)");
-  if (!(pixel_sigma > 0.0)) problems.emplace_back("pixel_sigma must be positive (px)");
-  return problems;
-}
-
-MappingOutcome MapKeyframe(Map map, const KeyframeProposal& proposal, const MapperContext& context) {
-  MappingReport report;
-  const KeyframeId id{map.next_keyframe_id};
-  report.keyframe = id;
+// The keyframe with its matches, odometry and sweeps, and what was seen since the one before.
+MapEdit Arrival(const Map& map, KeyframeId id, const KeyframeProposal& proposal) {
   Keyframe keyframe = proposal.keyframe;
   DropMissingLandmarks(map, &keyframe);
   if (proposal.odometry.has_value()) {
@@ -115,41 +38,57 @@ MappingOutcome MapKeyframe(Map map, const KeyframeProposal& proposal, const Mapp
   }
   MapEdit arrival{proposal.sightings, AddKeyframe{id, std::move(keyframe)}};
   arrival.insert(arrival.end(), proposal.sweeps.begin(), proposal.sweeps.end());
-  if (proposal.off_floor_since.has_value()) arrival.emplace_back(OffFloorSince(map, *proposal.off_floor_since));
+  if (proposal.off_floor_since.has_value()) {
+    arrival.emplace_back(OffFloorSince(map, *proposal.off_floor_since, proposal.session_begin));
+  }
+  return arrival;
+}
+
+int Triangulate(Map* map, KeyframeId id, const MapperContext& context) {
+  const MapperOptions& o = context.options;
+  int triangulated = 0;
+  for (const KeyframeId neighbor : Neighbors(*map, id, o.triangulation_neighbors, o.link_neighbors, o.min_shared)) {
+    const MapEdit edit = TriangulateWith(*map, id, neighbor, context);
+    triangulated += static_cast<int>(edit.size());
+    *map = Apply(std::move(*map), edit);
+  }
+  return triangulated;
+}
+
+}  // namespace
+
+MappingOutcome MapKeyframe(const Map& snapshot, const KeyframeProposal& proposal, const MapperContext& context) {
+  MappingReport report;
+  StageClock clock(&report.times);
+  Map map = snapshot;
+  clock.End("map.copy");
+  const KeyframeId id{map.next_keyframe_id};
+  report.keyframe = id;
+  const MapEdit arrival = Arrival(map, id, proposal);
   map = Apply(std::move(map), arrival);
+  clock.End("map.arrival");
   const MapEdit laser = LinkByLaser(map, id, context.scan_match);
   map = Apply(std::move(map), laser);
   report.laser_links = static_cast<int>(map.keyframes.At(id).laser_links.size());
+  clock.End("map.laser_links");
 
   const std::size_t before = map.landmarks.size();
   const MapEdit recent = CullRecentLandmarks(map, id, context.options);
   map = Apply(std::move(map), recent);
   report.landmarks_culled = static_cast<int>(before - map.landmarks.size());
+  clock.End("map.cull_landmarks");
+  report.triangulated = Triangulate(&map, id, context);
+  clock.End("map.triangulate");
+  report.fused = static_cast<int>(FuseWithNeighbors(&map, id, context).size());
+  clock.End("map.fuse");
 
-  const MapperOptions& o = context.options;
-  for (const KeyframeId neighbor : Neighbors(map, id, o.triangulation_neighbors, o.link_neighbors, o.min_shared)) {
-    const MapEdit edit = TriangulateWith(map, id, neighbor, context);
-    report.triangulated += static_cast<int>(edit.size());
-    map = Apply(std::move(map), edit);
-  }
-  report.fused = FuseWithNeighbors(&map, id, context);
-
-  const BundleResult bundle = AdjustBundle(map, LocalRequest(map, id, o), context.model);
+  const BundleResult bundle = AdjustBundle(map, LocalRequest(map, id, context.options), context.model);
   map = Apply(std::move(map), ToEdit(bundle));
-  report.bundle = WithoutValues(bundle);
-
-  if (map.metric) LookBack(&map, id, context, &report);
-
-  const MapEdit redundant = CullKeyframes(map, id, o, &report.keyframes_culled);
+  report.bundle = bundle;
+  clock.End("map.bundle");
+  const MapEdit redundant = CullKeyframes(map, id, context.options, &report.keyframes_culled);
   map = Apply(std::move(map), redundant);
-  return {std::move(map), std::move(report)};
-}
-
-MappingOutcome AdjustWholeMap(Map map, const MeasurementModel& context) {
-  const BundleResult bundle = AdjustBundle(map, WholeMapRequest(map), context);
-  MappingReport report;
-  report.bundle = WithoutValues(bundle);
-  map = Apply(std::move(map), ToEdit(bundle));
+  clock.End("map.cull_keyframes");
   return {std::move(map), std::move(report)};
 }
 

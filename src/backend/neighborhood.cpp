@@ -1,6 +1,6 @@
 #include <algorithm>
-#include <cmath>
 
+#include "planar_vslam/map/queries.h"
 #include "stages.h"
 
 namespace planar_vslam {
@@ -10,14 +10,6 @@ constexpr double kNearbyAngle = DegreesToRadians(45.0);  // view directions that
 constexpr std::size_t kNearbyLimit = 8;
 
 }  // namespace
-
-std::vector<LandmarkId> LandmarksSeen(const Keyframe& keyframe) {
-  std::vector<LandmarkId> ids;
-  for (const LandmarkId id : keyframe.landmarks) {
-    if (id.valid()) ids.push_back(id);
-  }
-  return ids;
-}
 
 std::vector<KeyframeId> Neighbors(const Map& map, KeyframeId id, int covisible, int linked, int min_shared) {
   std::vector<KeyframeId> neighbors;
@@ -40,21 +32,14 @@ std::vector<KeyframeId> Neighbors(const Map& map, KeyframeId id, int covisible, 
 std::vector<KeyframeId> WithNearby(const Map& map, KeyframeId id, std::vector<KeyframeId> neighbors,
                                    const MapperOptions& options) {
   if (!map.metric) return neighbors;
-  const Rigid3 here = map.keyframes.At(id).T_map_camera();
-  const Eigen::Vector3d axis = here.rotation * Eigen::Vector3d::UnitZ();
-  std::vector<std::pair<double, KeyframeId>> near;
-  for (const auto& [other, keyframe] : map.keyframes) {
-    if (other == id || std::find(neighbors.begin(), neighbors.end(), other) != neighbors.end()) continue;
-    const Rigid3 T = keyframe.T_map_camera();
-    const double distance = (T.translation - here.translation).norm();
-    if (distance < options.nearby_distance &&
-        axis.dot(T.rotation * Eigen::Vector3d::UnitZ()) > std::cos(kNearbyAngle)) {
-      near.emplace_back(distance, other);
-    }
-  }
-  std::sort(near.begin(), near.end());
+  std::vector<KeyframeId> near = NearbyKeyframes(map, map.keyframes.At(id).T_map_camera(), options.nearby_distance,
+                                                 kNearbyAngle, map.keyframes.size());
+  const auto is_known = [&](KeyframeId other) {
+    return other == id || std::find(neighbors.begin(), neighbors.end(), other) != neighbors.end();
+  };
+  near.erase(std::remove_if(near.begin(), near.end(), is_known), near.end());
   if (near.size() > kNearbyLimit) near.resize(kNearbyLimit);
-  for (const auto& [distance, other] : near) neighbors.push_back(other);
+  neighbors.insert(neighbors.end(), near.begin(), near.end());
   return neighbors;
 }
 
@@ -73,12 +58,7 @@ BundleRequest LocalRequest(const Map& map, KeyframeId newest, const MapperOption
     return std::binary_search(request.free_keyframes.begin(), request.free_keyframes.end(), id);
   };
 
-  for (const KeyframeId id : request.free_keyframes) {
-    const std::vector<LandmarkId> seen = LandmarksSeen(map.keyframes.At(id));
-    request.landmarks.insert(request.landmarks.end(), seen.begin(), seen.end());
-  }
-  std::sort(request.landmarks.begin(), request.landmarks.end());
-  request.landmarks.erase(std::unique(request.landmarks.begin(), request.landmarks.end()), request.landmarks.end());
+  request.landmarks = LandmarksOf(map, request.free_keyframes);
 
   // Border: those that see most of the landmarks, and the far ends of links into the window.
   std::vector<int> votes(map.next_keyframe_id, 0);

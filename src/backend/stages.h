@@ -12,8 +12,6 @@ std::vector<KeyframeId> Neighbors(const Map& map, KeyframeId id, int covisible, 
 // `neighbors` and, in a metric map, the keyframes standing near `id` and looking the same way: old places seen again.
 std::vector<KeyframeId> WithNearby(const Map& map, KeyframeId id, std::vector<KeyframeId> neighbors,
                                    const MapperOptions& options);
-// Valid landmark ids of a keyframe, in keypoint order.
-std::vector<LandmarkId> LandmarksSeen(const Keyframe& keyframe);
 
 // Matches the newest keyframe's own laser sweep, the first it holds, against those of the keyframe before it and of the
 // oldest one that stood nearby.
@@ -23,6 +21,8 @@ MapEdit TriangulateWith(const Map& map, KeyframeId newest, KeyframeId neighbor, 
 // Projects `landmarks` into `target`: a free keypoint gains the observation, a taken one merges the two landmarks.
 MapEdit FuseInto(const Map& map, const std::vector<LandmarkId>& landmarks, KeyframeId target,
                  const MapperContext& context);
+// Both ways between the keyframe and those around it. Returns what it did to the map, in order.
+MapEdit FuseWithNeighbors(Map* map, KeyframeId id, const MapperContext& context);
 BundleRequest LocalRequest(const Map& map, KeyframeId newest, const MapperOptions& options);
 MapEdit CullKeyframes(const Map& map, KeyframeId newest, const MapperOptions& options,
                       std::vector<CulledKeyframe>* culled);

@@ -119,8 +119,8 @@ bool ScaleAgrees(const View& a, const View& b, const Keypoint& ka, const Keypoin
 
 MapEdit TriangulateWith(const Map& map, KeyframeId newest, KeyframeId neighbor, const MapperContext& context) {
   const MapperOptions& o = context.options;
-  const View a(map, map.keyframes.At(newest), context.model.camera, o.pixel_sigma);
-  const View b(map, map.keyframes.At(neighbor), context.model.camera, o.pixel_sigma);
+  const View a(map, map.keyframes.At(newest), context.model.camera, context.model.pixel_sigma);
+  const View b(map, map.keyframes.At(neighbor), context.model.camera, context.model.pixel_sigma);
   const double baseline = (a.T_map_camera.translation - b.T_map_camera.translation).norm();
   const double depth = MedianLandmarkDepth(map, b);
   if (baseline <= 0.0 || baseline < o.min_baseline_ratio * depth) return {};

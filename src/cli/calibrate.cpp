@@ -34,19 +34,18 @@ Expected<CalibrationResult> CalibrateOnce(const CalibrateArguments& arguments, c
   }
   std::vector<OdometryReading> readings;
   RunSettings settings;
-  settings.deterministic = true;
   if (arguments.until > 0.0) settings.until = arguments.until;
   if (!arguments.quiet) settings.progress = ProgressBar();
   settings.on_odometry = [&readings](const OdometryReading& reading) {
     if (readings.empty() || readings.back().stamp < reading.stamp) readings.push_back(reading);
   };
-  SlamSystem system(options, info.camera, info.has_base_transform, Schedule::kInline);
-  const Expected<RunResult> result = RunSession(**recording, system, settings);
+  Estimator estimator({options, info.camera, info.has_base_transform});
+  const Expected<RunResult> result = RunSession(**recording, estimator, settings);
   if (!result.ok()) return result.error();
-  if (system.map() == nullptr) return Error{arguments.input.string() + ": no map came about to calibrate from"};
+  if (estimator.map() == nullptr) return Error{arguments.input.string() + ": no map came about to calibrate from"};
   CalibrationOptions calibration;
   calibration.camera_sway_sigma = options.mount.angle;
-  return CalibrateMap(*system.map(), readings, options.calibration, system.bundle(), calibration);
+  return CalibrateMap(*estimator.map(), readings, options.calibration, estimator.model(), calibration);
 }
 
 // The largest change of an observed value, in its own posterior sigmas.

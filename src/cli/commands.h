@@ -15,6 +15,7 @@ constexpr int kExitFailure = 1;   // the input was fine, the work was not
 constexpr int kExitBadInput = 2;  // bad arguments or unreadable input
 
 void AddRun(CLI::App& app, int* exit_code);
+void AddConfig(CLI::App& app, int* exit_code);
 void AddCalibrate(CLI::App& app, int* exit_code);
 void AddEvaluate(CLI::App& app, int* exit_code);
 void AddGrid(CLI::App& app, int* exit_code);

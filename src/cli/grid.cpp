@@ -43,8 +43,8 @@ int Grid(const GridArguments& arguments) {
   Expected<PipelineOptions> options{PipelineOptions{}};
   if (!arguments.config.empty()) options = LoadOptions(arguments.config);
   if (!options) return Fail(kExitBadInput, options.error().message);
-  const std::vector<std::string> invalid = options->mapping2d.Problems();
-  if (!invalid.empty()) return Fail(kExitBadInput, fmt::format("mapping2d: {}", fmt::join(invalid, "; ")));
+  const std::vector<std::string> invalid = ProblemsOf(options->mapping2d, "mapping2d.");
+  if (!invalid.empty()) return Fail(kExitBadInput, fmt::format("{}", fmt::join(invalid, "; ")));
   const Expected<std::vector<CarmenScan>> scans = ReadCarmenLog(arguments.log);
   if (!scans) return Fail(kExitBadInput, scans.error().message);
   std::error_code failed;

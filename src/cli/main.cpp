@@ -19,8 +19,10 @@ namespace {
 
 int Main(int argc, char** argv) {
   CLI::App app("Visual SLAM fused with wheel odometry for robots on a floor", "planar_vslam");
+  app.set_version_flag("--version", "planar_vslam " PV_VERSION);
   int exit_code = kExitSuccess;
   AddRun(app, &exit_code);
+  AddConfig(app, &exit_code);
   AddCalibrate(app, &exit_code);
   AddEvaluate(app, &exit_code);
   AddGrid(app, &exit_code);

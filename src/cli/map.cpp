@@ -174,8 +174,9 @@ std::string ProblemOf(const ExportArguments& a) {
 }
 
 Expected<bool> WriteNavigationMaps(const SavedMap& saved, const ExportArguments& arguments,
-                                   const MapBuilderOptions& options) {
-  const MapBuilder builder = BuildNavigationMap(saved.map, saved.camera, options, LandmarkAcceptance{});
+                                   const PipelineOptions& options) {
+  const MapBuilder builder =
+      BuildNavigationMap(saved.map, saved.camera, options.mapping2d, LandmarkAcceptance::For(options.pixel_sigma));
   if (!arguments.octomap.empty()) {
     if (Expected<bool> done = builder.WriteOctomap(arguments.octomap); !done) return done;
   }
@@ -198,7 +199,7 @@ std::vector<CloudPoint> FilteredCloud(const Map& map, const ExportArguments& arg
   return cloud;
 }
 
-Expected<bool> WriteExports(const SavedMap& saved, const ExportArguments& arguments, const MapBuilderOptions& options) {
+Expected<bool> WriteExports(const SavedMap& saved, const ExportArguments& arguments, const PipelineOptions& options) {
   const bool navigation = !arguments.octomap.empty() || arguments.wants_grid();
   if (navigation && !saved.map.metric) {
     return Error{arguments.map.string() + ": scale unknown, expected a metric map for --octomap, --pgm and --yaml"};
@@ -225,7 +226,7 @@ int Export(const ExportArguments& arguments) {
   if (!options) return Fail(kExitBadInput, options.error().message);
   const Expected<SavedMap> saved = LoadMapFile(arguments.map);
   if (!saved) return Fail(kExitBadInput, saved.error().message);
-  const Expected<bool> written = WriteExports(*saved, arguments, options->mapping2d);
+  const Expected<bool> written = WriteExports(*saved, arguments, *options);
   return written ? kExitSuccess : Fail(kExitFailure, written.error().message);
 }
 

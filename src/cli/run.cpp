@@ -31,13 +31,13 @@ Expected<PipelineOptions> ReadRunOptions(const RunArguments& arguments) {
   return options;
 }
 
-void PrintSummary(const SlamSystem& system, const RunResult& result, const fs::path& out) {
-  const SystemReport& report = system.report();
-  const auto count = [&report](FrameState s) { return report.frames.count(s) != 0 ? report.frames.at(s) : 0L; };
-  const std::shared_ptr<const Map> map = system.map();
+void PrintSummary(const Estimator& estimator, const RunResult& result, const fs::path& out) {
+  const EstimatorReport& report = estimator.report();
+  const auto count = [&report](TrackingState s) { return report.frames.count(s) != 0 ? report.frames.at(s) : 0L; };
+  const std::shared_ptr<const Map> map = estimator.map();
   fmt::print("{} images: {} tracked, {} on odometry, {} lost, {} before initialisation\n", result.frames.size(),
-             count(FrameState::kTracking) + count(FrameState::kRelocalized), count(FrameState::kOdometry),
-             count(FrameState::kLost), count(FrameState::kInitializing));
+             count(TrackingState::kTracking) + count(TrackingState::kRelocalized), count(TrackingState::kOdometry),
+             count(TrackingState::kLost), count(TrackingState::kInitializing));
   if (map == nullptr) {
     fmt::print("no map: still waiting for {}\n", result.frames.empty() ? "images" : result.frames.back().waiting_for);
   } else {
@@ -52,6 +52,8 @@ void PrintSummary(const SlamSystem& system, const RunResult& result, const fs::p
     fmt::print("scale known to {:.2f} %{}\n", 100.0 * report.map_scale.fused->sigma,
                report.map_scale.consistent ? "" : "; its sources disagree, see report.json");
   }
+  for (const auto& [reason, number] : report.failed_adjustments) fmt::print("failed: {} x {}\n", number, reason);
+  if (!result.final_adjustment.empty()) fmt::print("the map is as before its last {}\n", result.final_adjustment);
   for (const auto& [reason, number] : result.unused_input) fmt::print("unused: {} x {}\n", number, reason);
   fmt::print("{:.1f} s of recording in {:.1f} s; results in {}\n", result.recorded_seconds, result.wall_seconds,
              out.string());
@@ -68,18 +70,18 @@ Expected<bool> PrepareSaving(const fs::path& path) {
   return true;
 }
 
-Expected<bool> SaveFinalMap(const SlamSystem& system, const CameraModel& camera, const fs::path& path) {
-  if (system.map() == nullptr) return Error{path.string() + ": not saved, expected a map but none was initialised"};
-  return SaveMapFile(*system.map(), camera, path);
+Expected<bool> SaveFinalMap(const Estimator& estimator, const fs::path& path) {
+  if (estimator.map() == nullptr) return Error{path.string() + ": not saved, expected a map but none was initialised"};
+  return SaveMapFile(*estimator.map(), estimator.settings().camera, path);
 }
 
 // Without --map there is nothing to do.
-Expected<bool> StartFromSavedMap(const fs::path& path, SlamSystem* system) {
+Expected<bool> StartFromSavedMap(const fs::path& path, Estimator* estimator) {
   if (path.empty()) return true;
   const Expected<SavedMap> saved = LoadMapFile(path);
   if (!saved.ok()) return saved.error();
-  const std::vector<std::string> problems = system->StartFrom(*saved);
-  if (!problems.empty()) return Error{fmt::format("--map {}: {}", path.string(), fmt::join(problems, "; "))};
+  const Expected<bool> loaded = estimator->LoadMap(*saved);
+  if (!loaded.ok()) return Error{fmt::format("--map {}: {}", path.string(), loaded.error().message)};
   return true;
 }
 
@@ -101,28 +103,24 @@ int Run(const RunArguments& arguments) {
   const RecordingInfo& info = (*recording)->info();
   const bool use_odometry = info.has_odometry && options->odometry != OdometryUse::kOff;
   if (options->initializer.mode == InitializationMode::kOdometry && !use_odometry && arguments.map.empty()) {
-    options->initializer.mode = InitializationMode::kVisual;
     std::fprintf(stderr, "planar_vslam: no odometry in %s: initialising visually, scale stays unknown\n",
                  arguments.input.c_str());
   }
   RunSettings settings;
-  settings.use_odometry = use_odometry;
-  settings.deterministic = arguments.deterministic;
   if (arguments.rate > 0.0) settings.rate = arguments.rate;
   if (arguments.until > 0.0) settings.until = arguments.until;
   if (!arguments.quiet) settings.progress = ProgressBar();
   const Schedule schedule = arguments.rate > 0.0 && !arguments.deterministic ? Schedule::kThreaded : Schedule::kInline;
-  SlamSystem system(*options, info.camera, info.has_base_transform, schedule);
-  const Expected<bool> started = StartFromSavedMap(arguments.map, &system);
+  Estimator estimator({*options, info.camera, info.has_base_transform, use_odometry, schedule});
+  const Expected<bool> started = StartFromSavedMap(arguments.map, &estimator);
   if (!started.ok()) return Fail(kExitBadInput, started.error().message);
-  const Expected<RunResult> result = RunSession(**recording, system, settings);
+  const Expected<RunResult> result = RunSession(**recording, estimator, settings);
   if (!result.ok()) return Fail(kExitBadInput, result.error().message);
-  const Expected<bool> written =
-      WriteRunOutputs(arguments.out, system, *result, *options, info.camera, arguments.deterministic);
+  const Expected<bool> written = WriteRunOutputs(arguments.out, estimator, *result, arguments.deterministic);
   if (!written.ok()) return Fail(kExitFailure, written.error().message);
-  if (!arguments.quiet) PrintSummary(system, *result, arguments.out);
+  if (!arguments.quiet) PrintSummary(estimator, *result, arguments.out);
   if (!arguments.save_map.empty()) {
-    const Expected<bool> saved = SaveFinalMap(system, info.camera, arguments.save_map);
+    const Expected<bool> saved = SaveFinalMap(estimator, arguments.save_map);
     if (!saved.ok()) return Fail(kExitFailure, saved.error().message);
   }
   return kExitSuccess;

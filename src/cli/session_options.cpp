@@ -9,15 +9,9 @@ namespace planar_vslam {
 
 Expected<PipelineOptions> ReadOptions(const std::filesystem::path& config, const std::vector<std::string>& assignments,
                                       const std::string& mode) {
-  Expected<PipelineOptions> options{PipelineOptions{}};
-  if (!config.empty()) options = LoadOptions(config);
-  for (const std::string& assignment : assignments) {
-    if (!options.ok()) return options;
-    options = SetOption(std::move(options).value(), assignment);
-  }
-  if (options.ok() && !mode.empty()) options = SetOption(std::move(options).value(), "mode=" + mode);
-  if (!options.ok()) return options;
-  const std::vector<std::string> problems = options->Problems();
+  std::vector<std::string> all = assignments, problems;
+  if (!mode.empty()) all.push_back("mode=" + mode);
+  PipelineOptions options = CollectOptions(config, all, &problems);
   if (!problems.empty()) return Error{fmt::format("configuration: {}", fmt::join(problems, "; "))};
   return options;
 }

@@ -12,33 +12,9 @@
 namespace planar_vslam {
 namespace {
 
-constexpr int kMaxLevels = 16;           // by then 640x480 px, at 1.2 a level, are smaller than a patch
-constexpr double kMaxScaleFactor = 2.0;  // beyond, bilinear interpolation skips pixels
-constexpr int kMinCellPixels = 8;        // below, the 4 px around a cell cost more than the cell
 constexpr float kRadiansPerDegree = static_cast<float>(M_PI / 180.0);
 
-void Require(bool is_met, const char* field, double value, const char* expected, std::vector<std::string>* problems) {
-  if (is_met) return;
-  std::string number = std::to_string(value);
-  number.erase(number.find_last_not_of('0') + 1);
-  if (number.back() == '.') number.pop_back();
-  problems->push_back(std::string(field) + ": " + number + ", expected " + expected);
-}
-
 }  // namespace
-
-std::vector<std::string> OrbOptions::Problems() const {
-  std::vector<std::string> problems;
-  Require(feature_count >= 1, "feature_count", feature_count, "at least 1", &problems);
-  Require(scale_factor > 1.0 && scale_factor <= kMaxScaleFactor, "scale_factor", scale_factor, "above 1, at most 2",
-          &problems);
-  Require(level_count >= 1 && level_count <= kMaxLevels, "level_count", level_count, "1 to 16", &problems);
-  Require(fast_threshold >= 1 && fast_threshold <= 254, "fast_threshold", fast_threshold, "1 to 254", &problems);
-  Require(fast_min_threshold >= 1 && fast_min_threshold <= fast_threshold, "fast_min_threshold", fast_min_threshold,
-          "1 to fast_threshold", &problems);
-  Require(cell_pixels >= kMinCellPixels, "cell_pixels", cell_pixels, "at least 8", &problems);
-  return problems;
-}
 
 std::vector<double> OrbOptions::ScaleFactors() const {
   std::vector<double> factors;

@@ -36,18 +36,6 @@ double SquaredPixelError(const CameraModel& camera, const Eigen::Vector3d& p_cam
 
 }  // namespace
 
-std::vector<std::string> InitializerOptions::Problems() const {
-  std::vector<std::string> problems;
-  if (min_matches < 8) problems.emplace_back("min_matches must be at least 8");
-  if (min_points < 8) problems.emplace_back("min_points must be at least 8");
-  if (!(min_baseline > 0.0)) problems.emplace_back("min_baseline must be positive (m)");
-  if (!(search_radius > 0.0)) problems.emplace_back("search_radius must be positive (px)");
-  if (!(visual_search_radius > 0.0)) problems.emplace_back("visual_search_radius must be positive (px)");
-  if (!(pixel_sigma > 0.0)) problems.emplace_back("pixel_sigma must be positive (px)");
-  if (!(max_baseline_time > 0.0)) problems.emplace_back("max_baseline_time must be positive (s)");
-  return problems;
-}
-
 InitializerReport Initializer::Restart(const InitializerInput& input, std::string reason) {
   first_.reset();
   if (static_cast<int>(input.features->keypoints.size()) >= options_.min_features) {
@@ -126,7 +114,7 @@ InitializerReport Initializer::TryVisual(const InitializerInput& input) {
     pairs.emplace_back(m.first, m.second);
   }
   TwoViewOptions two_view;
-  two_view.pixel_sigma = options_.pixel_sigma;
+  two_view.pixel_sigma = bundle_.pixel_sigma;
   two_view.min_points = options_.min_points;
   two_view.min_parallax = RadiansToDegrees(options_.min_median_parallax);
   const CameraModel& c = bundle_.camera;
@@ -168,8 +156,8 @@ InitializerReport Initializer::Finish(const InitializerInput& input, const Rigid
     if (!points[i].has_value()) continue;
     const auto i1 = static_cast<std::size_t>(matches[i].first), i2 = static_cast<std::size_t>(matches[i].second);
     const Keypoint &kp1 = first_->features->keypoints[i1], &kp2 = input.features->keypoints[i2];
-    const double s1 = options_.pixel_sigma * octave_scales_[static_cast<std::size_t>(kp1.octave)];
-    const double s2 = options_.pixel_sigma * octave_scales_[static_cast<std::size_t>(kp2.octave)];
+    const double s1 = bundle_.pixel_sigma * octave_scales_[static_cast<std::size_t>(kp1.octave)];
+    const double s2 = bundle_.pixel_sigma * octave_scales_[static_cast<std::size_t>(kp2.octave)];
     const Eigen::Vector3d p_c2 = T_c2_c1 * *points[i];
     // Odometry is coarser than a pixel, so the gate before bundle adjustment is generous.
     constexpr double kGateSlack = 4.0;

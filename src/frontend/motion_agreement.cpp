@@ -23,7 +23,7 @@ Eigen::Matrix<double, 2, 3> WeightedProjectionJacobian(const CameraModel& c, con
 
 double Sigma(const Map& map, const MeasurementModel& context, const Keyframe& keyframe, const Observation& o) {
   const Keypoint& keypoint = keyframe.features->keypoints[o.keypoint];
-  return context.options.pixel_sigma * map.octave_scales[static_cast<std::size_t>(keypoint.octave)];
+  return context.pixel_sigma * map.octave_scales[static_cast<std::size_t>(keypoint.octave)];
 }
 
 // Information on the second camera's pose in the first (right tangent), the points marginalised.

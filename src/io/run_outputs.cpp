@@ -69,28 +69,22 @@ std::string StatusCsv(const RunResult& result, bool deterministic) {
   return text;
 }
 
-Json Percentiles(const RunResult& result, double FrameReport::*field, bool skip_zeros) {
-  std::vector<double> values;
-  for (const FrameReport& f : result.frames) {
-    if (!skip_zeros || f.*field > 0.0) values.push_back(f.*field);
+Json StagesJson(const StageStatistics& statistics) {
+  Json json = Json::object();
+  for (const auto& [stage, times] : statistics.stages()) {
+    json[stage] = {{"count", times.count()},        {"sum", times.sum()},
+                   {"p50", times.Percentile(0.5)},  {"p90", times.Percentile(0.9)},
+                   {"p99", times.Percentile(0.99)}, {"max", times.max()}};
   }
-  if (values.empty()) return nullptr;
-  std::sort(values.begin(), values.end());
-  const auto at = [&values](double share) {
-    return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
-  };
-  return {{"p50", at(0.5)}, {"p90", at(0.9)}, {"p99", at(0.99)}, {"max", values.back()}};
+  return json;
 }
 
-Json Timing(const RunResult& result) {
+Json Timing(const RunResult& result, const StageStatistics& statistics) {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   constexpr double kKibPerMib = 1024.0;
   Json json;
-  json["stages_ms"] = {{"extract", Percentiles(result, &FrameReport::extract_ms, false)},
-                       {"track", Percentiles(result, &FrameReport::track_ms, true)},
-                       {"map", Percentiles(result, &FrameReport::map_ms, true)},
-                       {"frame", Percentiles(result, &FrameReport::total_ms, false)}};
+  json["stages_ms"] = StagesJson(statistics);
   json["wall_seconds"] = result.wall_seconds;
   json["cpu_seconds"] = result.cpu_seconds;
   json["real_time_factor"] = result.wall_seconds > 0.0 ? result.recorded_seconds / result.wall_seconds : 0.0;
@@ -104,7 +98,7 @@ Json ToJson(const std::optional<ScaleMeasurement>& source) {
 }
 
 // The factor the map's scale is still short of by each source, and how an unscaled map came by its scale.
-Json ScaleJson(const SystemReport& report) {
+Json ScaleJson(const EstimatorReport& report) {
   const MapScale& scale = report.map_scale;
   if (!scale.fused.has_value()) return nullptr;
   Json json = {{"sigma", scale.fused->sigma},
@@ -125,12 +119,12 @@ Json ScaleJson(const SystemReport& report) {
   return json;
 }
 
-Json ReportJson(const SlamSystem& system, const RunResult& result, const PipelineOptions& options, bool deterministic) {
-  const SystemReport& report = system.report();
-  const std::shared_ptr<const Map> map = system.map();
+Json ReportJson(const Estimator& estimator, const RunResult& result, bool deterministic) {
+  const EstimatorReport& report = estimator.report();
+  const std::shared_ptr<const Map> map = estimator.map();
   Json json;
-  for (const FrameState state : {FrameState::kInitializing, FrameState::kTracking, FrameState::kRelocalized,
-                                 FrameState::kOdometry, FrameState::kLost}) {
+  for (const TrackingState state : {TrackingState::kInitializing, TrackingState::kTracking, TrackingState::kRelocalized,
+                                    TrackingState::kOdometry, TrackingState::kLost}) {
     const auto it = report.frames.find(state);
     json["frames"][ToString(state)] = it == report.frames.end() ? 0 : it->second;
   }
@@ -165,8 +159,9 @@ Json ReportJson(const SlamSystem& system, const RunResult& result, const Pipelin
   }
   json["walls"] = planes.walls.size();
   json["loops"] = Json::array();
-  for (const auto& [stamp, loop] : report.loops) {
-    json["loops"].push_back({{"t", stamp.Seconds()},
+  for (const auto& [loop, keyframe, in_map] : report.loops) {
+    json["loops"].push_back({{"t", keyframe.Seconds()},
+                             {"in_map_t", in_map.Seconds()},
                              {"old_keyframe", loop.old.value},
                              {"moved", loop.T_before_after.translation.norm()},
                              {"turned_deg", RadiansToDegrees(LogSo3(loop.T_before_after.rotation).norm())}});
@@ -175,31 +170,34 @@ Json ReportJson(const SlamSystem& system, const RunResult& result, const Pipelin
   json["slips"] = report.slips;
   json["odometry_covariance"] = {{"by_model", report.odometry_by_model}, {"by_messages", report.odometry_by_messages}};
   json["unused_input"] = result.unused_input.empty() ? Json(Json::object()) : Json(result.unused_input);
-  if (!deterministic) json["timing"] = Timing(result);
-  for (const auto& [key, value] : OptionValues(options)) json["configuration"][key] = value;
+  json["failed_adjustments"] = Json::object();
+  for (const auto& [reason, count] : report.failed_adjustments) json["failed_adjustments"][reason] = count;
+  json["final_adjustment"] = result.final_adjustment.empty() ? Json("done") : Json(result.final_adjustment);
+  if (!deterministic) json["timing"] = Timing(result, report.stages);
+  for (const auto& [key, value] : OptionValues(estimator.settings().options)) json["configuration"][key] = value;
   return json;
 }
 
-Expected<bool> WriteMaps(const fs::path& folder, const SlamSystem& system, const PipelineOptions& options,
-                         const CameraModel& camera) {
-  const Map& map = *system.map();
+Expected<bool> WriteMaps(const fs::path& folder, const Map& map, const EstimatorSettings& settings) {
+  const CameraModel& camera = settings.camera;
   if (Expected<bool> done = SaveMapFile(map, camera, folder / "map.pvm"); !done.ok()) return done;
   if (Expected<bool> done = WritePcd(LandmarkCloud(map), folder / "points.pcd"); !done.ok()) return done;
   if (!map.metric) return true;
-  const MapBuilder builder = BuildNavigationMap(map, camera, options.mapping2d, LandmarkAcceptance{});
+  const MapBuilder builder =
+      BuildNavigationMap(map, camera, settings.options.mapping2d, LandmarkAcceptance::For(settings.options.pixel_sigma));
   if (Expected<bool> done = builder.WriteOctomap(folder / "map.bt"); !done.ok()) return done;
   return WriteMapServerFiles(builder.Grid(), folder / "map.yaml");
 }
 
 }  // namespace
 
-Expected<bool> WriteRunOutputs(const fs::path& folder, const SlamSystem& system, const RunResult& result,
-                               const PipelineOptions& options, const CameraModel& camera, bool deterministic) {
+Expected<bool> WriteRunOutputs(const fs::path& folder, const Estimator& estimator, const RunResult& result,
+                               bool deterministic) {
   std::error_code failed;
   fs::create_directories(folder, failed);
   if (failed) return Error{fmt::format("{}: cannot be created: {}", folder.string(), failed.message())};
-  const std::shared_ptr<const Map> map = system.map();
-  const Trajectory trajectory = map != nullptr ? ToTrajectory(system.trajectory().Poses(*map)) : Trajectory{};
+  const std::shared_ptr<const Map> map = estimator.map();
+  const Trajectory trajectory = map != nullptr ? ToTrajectory(estimator.trajectory().Poses(*map)) : Trajectory{};
   const Trajectory keyframes = map != nullptr ? KeyframeTrajectory(*map) : Trajectory{};
   for (const auto& [name, poses] : {std::pair("trajectory.txt", &trajectory), std::pair("keyframes.txt", &keyframes)}) {
     if (Expected<bool> done = WriteTrajectory(*poses, folder / name); !done.ok()) return done;
@@ -212,15 +210,15 @@ Expected<bool> WriteRunOutputs(const fs::path& folder, const SlamSystem& system,
           WriteCovariances(LiveCovariances(result, map != nullptr && map->metric), folder / "covariance_live.csv");
       !done.ok())
     return done;
-  if (system.report().scale.has_value()) {
-    const Trajectory cameras = ToTrajectory(system.report().scale->unscaled_cameras);
+  if (estimator.report().scale.has_value()) {
+    const Trajectory cameras = ToTrajectory(estimator.report().scale->unscaled_cameras);
     if (Expected<bool> done = WriteTrajectory(cameras, folder / "scale_cameras.txt"); !done.ok()) return done;
   }
   if (Expected<bool> done = WriteText(folder / "status.csv", StatusCsv(result, deterministic)); !done.ok()) return done;
   if (map != nullptr) {
-    if (Expected<bool> done = WriteMaps(folder, system, options, camera); !done.ok()) return done;
+    if (Expected<bool> done = WriteMaps(folder, *map, estimator.settings()); !done.ok()) return done;
   }
-  return WriteText(folder / "report.json", ReportJson(system, result, options, deterministic).dump(2) + "\n");
+  return WriteText(folder / "report.json", ReportJson(estimator, result, deterministic).dump(2) + "\n");
 }
 
 }  // namespace planar_vslam

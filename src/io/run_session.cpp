@@ -4,10 +4,7 @@
 
 #include <chrono>
 #include <thread>
-#include <type_traits>
 #include <utility>
-
-#include "planar_vslam/pipeline/input_corrector.h"
 
 namespace planar_vslam {
 namespace {
@@ -51,13 +48,8 @@ class Pace {
 
 class Session {
  public:
-  Session(Recording& recording, SlamSystem& system, const RunSettings& settings)
-      : recording_(recording),
-        system_(system),
-        settings_(settings),
-        corrector_(system.options().calibration),
-        synchronizer_(recording.info().has_odometry && settings.use_odometry),
-        pace_(settings.rate) {}
+  Session(Recording& recording, Estimator& estimator, const RunSettings& settings)
+      : recording_(recording), estimator_(estimator), settings_(settings), pace_(settings.rate) {}
 
   Expected<RunResult> Run() {
     const auto wall_start = Clock::now();
@@ -67,14 +59,13 @@ class Session {
       if (!event.ok()) return event.error();
       if (!event->has_value() || IsPastEnd(**event)) break;
       std::visit([this](auto&& e) { Take(std::forward<decltype(e)>(e)); }, std::move(**event));
-      Drain();
     }
-    synchronizer_.Finish();
-    Drain();
-    system_.Finish();
+    Keep(estimator_.Flush());
+    const Expected<bool> finished = estimator_.Finish();
+    if (!finished.ok()) result_.final_adjustment = finished.error().message;
     result_.wall_seconds = std::chrono::duration<double>(Clock::now() - wall_start).count();
     result_.cpu_seconds = CpuSeconds() - cpu_start;
-    for (const auto& [reason, count] : synchronizer_.dropped()) result_.unused_input[reason] += count;
+    for (const auto& [reason, count] : estimator_.unused_input()) result_.unused_input[reason] += count;
     for (const auto& [reason, count] : recording_.skipped()) result_.unused_input[reason] += count;
     if (!result_.frames.empty()) {
       result_.recorded_seconds = SecondsBetween(result_.frames.front().stamp, result_.frames.back().stamp);
@@ -89,65 +80,40 @@ class Session {
            SecondsBetween(recording_.info().first_image, frame->image.stamp) > *settings_.until;
   }
 
-  template <class Measurement>
-  void Take(Measurement&& measurement) {
-    if constexpr (std::is_same_v<std::decay_t<Measurement>, OdometryReading>) {
-      if (settings_.on_odometry) settings_.on_odometry(measurement);
+  // Odometry and scans around an image that came too late go to the next one.
+  void Take(CameraFrame frame) {
+    if (pace_.InTime(frame.image.stamp)) {
+      Keep(estimator_.Add(std::move(frame)));
+    } else {
+      ++result_.frames_dropped;
     }
-    synchronizer_.Push(corrector_.Correct(std::forward<Measurement>(measurement)));
   }
+  void Take(const OdometryReading& reading) {
+    if (settings_.on_odometry) settings_.on_odometry(reading);
+    Keep(estimator_.Add(reading));
+  }
+  void Take(LaserFrame frame) { Keep(estimator_.Add(std::move(frame))); }
 
-  void Drain() {
-    while (std::optional<FramePacket> packet = synchronizer_.Pop()) {
-      if (!pace_.InTime(packet->image.stamp)) {
-        ++result_.frames_dropped;
-        KeepMeasurements(std::move(*packet));
-        continue;
-      }
-      PrependMeasurements(&*packet);
-      result_.frames.push_back(system_.Process(*packet));
-      if (settings_.progress)
-        settings_.progress(static_cast<long>(result_.frames.size()) + result_.frames_dropped,
-                           recording_.info().image_count);
+  void Keep(std::vector<FrameReport> reports) {
+    for (FrameReport& report : reports) {
+      result_.frames.push_back(std::move(report));
+      if (!settings_.progress) continue;
+      settings_.progress(static_cast<long>(result_.frames.size()) + result_.frames_dropped,
+                         recording_.info().image_count);
     }
-  }
-
-  // The odometry and scans of a dropped image go to the next one.
-  void KeepMeasurements(FramePacket packet) {
-    PrependMeasurements(&packet);
-    kept_ = std::move(packet);
-    kept_->image.image = GrayImage{};
-  }
-  void PrependMeasurements(FramePacket* packet) {
-    if (!kept_.has_value()) return;
-    std::vector<OdometryReading> odometry = std::move(kept_->odometry);
-    if (!packet->T_odom_base.has_value()) odometry.clear();  // it would not reach this image
-    if (!odometry.empty() && !packet->odometry.empty()) packet->odometry.erase(packet->odometry.begin());
-    packet->odometry.insert(packet->odometry.begin(), odometry.begin(), odometry.end());
-    std::vector<ScanPacket> scans = std::move(kept_->scans);
-    if (kept_->T_odom_base.has_value() && packet->T_odom_base.has_value()) {
-      const Rigid2 T_new_old = packet->T_odom_base->Inverse() * *kept_->T_odom_base;
-      for (ScanPacket& scan : scans) scan.T_frame_base = T_new_old * scan.T_frame_base;
-      packet->scans.insert(packet->scans.begin(), std::make_move_iterator(scans.begin()),
-                           std::make_move_iterator(scans.end()));
-    }
-    kept_.reset();
   }
 
   Recording& recording_;
-  SlamSystem& system_;
+  Estimator& estimator_;
   const RunSettings& settings_;
-  InputCorrector corrector_;
-  Synchronizer synchronizer_;
   Pace pace_;
-  std::optional<FramePacket> kept_;
   RunResult result_;
 };
 
 }  // namespace
 
-Expected<RunResult> RunSession(Recording& recording, SlamSystem& system, const RunSettings& settings) {
-  return Session(recording, system, settings).Run();
+Expected<RunResult> RunSession(Recording& recording, Estimator& estimator, const RunSettings& settings) {
+  return Session(recording, estimator, settings).Run();
 }
 
 }  // namespace planar_vslam

@@ -19,6 +19,19 @@ namespace {
 constexpr double kChi2TwoDof95 = 5.991;       // chi-square, 2 dof, 95 %
 constexpr std::size_t kDenseSchurPoses = 60;  // beyond, the reduced camera matrix is worth treating as sparse
 
+void AddTimes(const ceres::Solver::Summary& summary, StageTimes* times) {
+  double other = summary.total_time_in_seconds;
+  const auto add = [&](const char* stage, double seconds) {
+    times->push_back({stage, 1e3 * seconds});
+    other -= seconds;
+  };
+  add("bundle.preprocess", summary.preprocessor_time_in_seconds);
+  add("bundle.residuals", summary.residual_evaluation_time_in_seconds);
+  add("bundle.jacobians", summary.jacobian_evaluation_time_in_seconds);
+  add("bundle.linear_solver", summary.linear_solver_time_in_seconds);
+  add("bundle.other", other);
+}
+
 struct BlockObservation {
   std::size_t keyframe;  // index into the keyframe blocks
   std::size_t landmark;  // index into the landmark blocks
@@ -46,9 +59,10 @@ class BundleProblem {
     if (context.planar.floor_points && context.planar.mode != PlanarMode::kOff && map.metric) FindFloor();
   }
 
-  bool empty() const { return observations_.empty(); }
+  std::size_t observation_count() const { return observations_.size(); }
 
   bool Solve(int max_iterations, BundleResult* result) {
+    const Stopwatch build;
     ceres::Problem::Options options;
     options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
     options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
@@ -69,8 +83,10 @@ class BundleProblem {
     solver.num_threads = 1;
     solver.function_tolerance = 1e-5;
     solver.logging_type = ceres::SILENT;
+    result->times.push_back({"bundle.build", build.Milliseconds()});
     ceres::Solver::Summary summary;
     ceres::Solve(solver, &problem, &summary);
+    AddTimes(summary, &result->times);
     if (result->iterations == 0) result->initial_cost = summary.initial_cost;
     result->final_cost = summary.final_cost;
     result->iterations += static_cast<int>(summary.iterations.size());
@@ -141,7 +157,7 @@ class BundleProblem {
     return map_.keyframes.At(id).features->keypoints[it->keypoint];
   }
   double Sigma(const Keypoint& keypoint) const {
-    return context_.options.pixel_sigma * map_.octave_scales[static_cast<std::size_t>(keypoint.octave)];
+    return context_.pixel_sigma * map_.octave_scales[static_cast<std::size_t>(keypoint.octave)];
   }
 
   void CollectObservation(std::size_t landmark, const Observation& o) {
@@ -256,28 +272,24 @@ class BundleProblem {
 
 }  // namespace
 
-std::vector<std::string> BundleOptions::Problems() const {
-  std::vector<std::string> problems;
-  if (max_iterations < 1) problems.emplace_back("max_iterations must be at least 1");
-  if (!(pixel_sigma > 0.0)) problems.emplace_back("pixel_sigma must be positive (px)");
-  if (!(odometry_loss > 0.0)) problems.emplace_back("odometry_loss must be positive");
-  if (!(tilt_loss > 0.0)) problems.emplace_back("tilt_loss must be positive");
-  return problems;
-}
-
 BundleResult AdjustBundle(const Map& map, const BundleRequest& request, const MeasurementModel& context) {
   BundleResult result;
+  const Stopwatch build;
   BundleProblem problem(map, request, context);
-  if (problem.empty() || request.free_keyframes.empty()) {
+  result.times.push_back({"bundle.build", build.Milliseconds()});
+  if (problem.observation_count() == 0 || request.free_keyframes.empty()) {
     result.message = "nothing to adjust";
     return result;
   }
-  result.converged = problem.Solve(context.options.max_iterations, &result);
-  problem.Classify();
-  if (result.converged && context.options.drop_outliers) {
+  result.observations = problem.observation_count();
+  const auto solve_and_classify = [&] {
     result.converged = problem.Solve(context.options.max_iterations, &result);
+    const Stopwatch classify;
     problem.Classify();
-  }
+    result.times.push_back({"bundle.classify", classify.Milliseconds()});
+  };
+  solve_and_classify();
+  if (result.converged && context.options.drop_outliers) solve_and_classify();
   if (result.converged) problem.Report(&result);
   return result;
 }

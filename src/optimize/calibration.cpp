@@ -152,8 +152,7 @@ class CalibrationProblem {
       for (const Observation& o : landmark.observations) {
         const Keyframe& keyframe = map_.keyframes.At(o.keyframe);
         const Keypoint& keypoint = keyframe.features->keypoints[o.keypoint];
-        const double sigma =
-            context_.options.pixel_sigma * map_.octave_scales[static_cast<std::size_t>(keypoint.octave)];
+        const double sigma = context_.pixel_sigma * map_.octave_scales[static_cast<std::size_t>(keypoint.octave)];
         reprojections_.emplace_back(keypoint.pixel.cast<double>(),
                                     Unmounted(present_.camera_mount, keyframe.T_base_camera), context_.camera, sigma);
         problem_->AddResidualBlock(&reprojections_.back(), &pixel_loss_, PoseOf(o.keyframe), point, Mount());
@@ -251,20 +250,6 @@ std::array<double*, kCalibratedValues> ValuesOf(SensorCorrection* c) {
 }
 
 }  // namespace
-
-std::vector<std::string> SensorCorrection::Problems() const {
-  constexpr double kLargestOffset = 0.5;  // s: a recording is off by more for another reason
-  constexpr double kLargestScale = 1.5;
-  std::vector<std::string> problems;
-  if (!(odometry.scale.minCoeff() > 1.0 / kLargestScale && odometry.scale.maxCoeff() < kLargestScale)) {
-    problems.emplace_back("odometry_scale: expected factors between 0.67 and 1.5");
-  }
-  if (!(std::abs(odometry.time_offset) <= kLargestOffset)) {
-    problems.emplace_back("time_offset: expected at most 0.5 s either way");
-  }
-  if (!camera_mount.allFinite()) problems.emplace_back("camera: expected finite numbers");
-  return problems;
-}
 
 Expected<CalibrationResult> CalibrateMap(const Map& map, const std::vector<OdometryReading>& readings,
                                          const SensorCorrection& present, const MeasurementModel& context,

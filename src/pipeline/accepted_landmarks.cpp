@@ -137,7 +137,8 @@ AcceptedLandmarks AcceptLandmarks(const Map& map, const CameraModel& camera, con
   }
   AcceptedLandmarks accepted;
   for (Candidate& c : candidates) {
-    c.accepted.blocks = is_sure(c) && c.reprojection <= acceptance.max_reprojection && upright.Holds(c.p_map);
+    c.accepted.blocks =
+        is_sure(c) && c.reprojection <= acceptance.max_reprojection * acceptance.pixel_sigma && upright.Holds(c.p_map);
     accepted.emplace_hint(accepted.end(), c.id, c.accepted);
   }
   return accepted;

@@ -1,10 +1,17 @@
 #include "planar_vslam/pipeline/executor.h"
 
+#include <sys/resource.h>
+
 #include <utility>
 
 namespace planar_vslam {
 
-WorkerExecutor::WorkerExecutor() : thread_([this] { Loop(); }) {}
+WorkerExecutor::WorkerExecutor(int niceness)
+    : thread_([this, niceness] {
+        // Of this thread alone, as Linux has it; where that is refused, all are equals.
+        if (niceness > 0) setpriority(PRIO_PROCESS, 0, niceness);
+        Loop();
+      }) {}
 
 WorkerExecutor::~WorkerExecutor() {
   {

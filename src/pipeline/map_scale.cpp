@@ -13,7 +13,7 @@ namespace {
 
 double Hypotenuse(double a, double b) { return std::sqrt(a * a + b * b); }
 
-std::optional<ScaleMeasurement> FromLaser(const Map& map, const ScaleOptions& options) {
+std::optional<ScaleMeasurement> FromLaser(const Map& map, const SystematicErrors& systematic) {
   constexpr double kShortest = 0.1;  // m
   double weights = 0.0, sum = 0.0;
   for (const auto& [id, keyframe] : map.keyframes) {
@@ -28,7 +28,7 @@ std::optional<ScaleMeasurement> FromLaser(const Map& map, const ScaleOptions& op
     }
   }
   if (!(weights > 0.0)) return std::nullopt;
-  return ScaleMeasurement{sum / weights, Hypotenuse(options.systematic.laser, 1.0 / std::sqrt(weights))};
+  return ScaleMeasurement{sum / weights, Hypotenuse(systematic.laser, 1.0 / std::sqrt(weights))};
 }
 
 std::optional<ScaleMeasurement> FromFloor(const Map& map, const ScaleOptions& options) {
@@ -61,20 +61,6 @@ bool Consistent(const std::vector<ScaleMeasurement>& sources) {
 
 }  // namespace
 
-std::vector<std::string> ScaleOptions::Problems() const {
-  std::vector<std::string> problems;
-  if (keyframes != 0 && keyframes < 3) problems.emplace_back("keyframes must be 0 (automatic) or at least 3");
-  const auto positive = [&problems](double value, const char* name) {
-    if (!(value > 0.0)) problems.push_back(std::string(name) + " must be positive");
-  };
-  positive(max_sigma, "max_sigma");
-  positive(min_distance, "min_distance");
-  positive(systematic.wheels, "wheel_sigma");
-  positive(systematic.laser, "laser_sigma");
-  positive(height_sigma, "height_sigma");
-  return problems;
-}
-
 std::vector<LeverArmSample> LinkedTrack(const Map& map) {
   std::vector<LeverArmSample> samples;
   Rigid2 T_odom_base;
@@ -94,17 +80,16 @@ std::vector<LeverArmSample> LinkedTrack(const Map& map) {
   return samples;
 }
 
-MapScale AssessScale(const Map& map, const ScaleOptions& options) {
+MapScale AssessScale(const Map& map, const ScaleOptions& options, const SystematicErrors& systematic) {
   MapScale scale;
   scale.track = EstimateScale(LinkedTrack(map));
   std::vector<ScaleMeasurement> sources;
   if (scale.track.has_value()) {
-    scale.wheels =
-        ScaleMeasurement{std::log(scale.track->scale), Hypotenuse(options.systematic.wheels, scale.track->sigma)};
+    scale.wheels = ScaleMeasurement{std::log(scale.track->scale), Hypotenuse(systematic.wheels, scale.track->sigma)};
     sources.push_back(*scale.wheels);
   }
   if (map.metric) {
-    scale.laser = FromLaser(map, options);
+    scale.laser = FromLaser(map, systematic);
     scale.floor = FromFloor(map, options);
   } else if (scale.wheels.has_value()) {
     scale.floor = FromFloor(ScaledToMetric(map, scale.track->scale), options);

@@ -13,7 +13,7 @@ namespace {
 constexpr double kLevelTilt = DegreesToRadians(3.0);
 
 // Keyframes in an epoch: a few dozen sweeps, so that one epoch of seeing through a place clears it, and one of a few
-// stray beams does not.
+// stray beams does not. Fitted.
 constexpr std::uint32_t kKeyframesInEpoch = 16;
 
 int EpochOf(KeyframeId id) { return static_cast<int>(id.value / kKeyframesInEpoch); }
@@ -66,6 +66,12 @@ bool Differ(const PosedScan& a, const PosedScan& b, const NavigationTolerance& t
 }
 
 }  // namespace
+
+LandmarkAcceptance LandmarkAcceptance::For(double pixel_sigma) {
+  LandmarkAcceptance acceptance;
+  acceptance.pixel_sigma = pixel_sigma;
+  return acceptance;
+}
 
 NavigationTolerance NavigationTolerance::For(double resolution) {
   return {std::max(0.01, 0.5 * resolution), DegreesToRadians(0.5), 0.25};

@@ -41,11 +41,13 @@ std::vector<AddSweeps> SweepCollector::Take(const Map& map, const TrajectoryReco
   std::map<KeyframeId, std::vector<LaserSweep>> by_keyframe;
   std::vector<Waiting> waiting_on;
   for (Waiting& sweep : waiting_) {
+    const std::optional<std::pair<KeyframeId, Rigid3>> anchor = trajectory.Anchor(map, sweep.frame);
+    if (!anchor.has_value()) continue;  // waited so long that its frame is forgotten
     if (!all && trajectory.IsOnOdometry(sweep.frame)) {
       waiting_on.push_back(std::move(sweep));
       continue;
     }
-    const auto [keyframe, T_keyframe_frame] = trajectory.Anchor(map, sweep.frame);
+    const auto& [keyframe, T_keyframe_frame] = *anchor;
     // Between poses in the plane: the sway of either body is not the laser's.
     const Rigid3& T_map_keyframe = map.keyframes.At(keyframe).T_map_base;
     const Rigid2 T_map_base = ProjectToPlane(T_map_keyframe * T_keyframe_frame) * sweep.T_frame_base;

@@ -1,10 +1,6 @@
 #include "planar_vslam/recognition/projection_search.h"
 
 #include <algorithm>
-#include <cmath>
-#include <utility>
-
-#include "planar_vslam/geometry/median.h"
 
 namespace planar_vslam {
 namespace {
@@ -70,76 +66,6 @@ void SearchByProjection(const Map& map, const std::vector<LandmarkId>& candidate
     matches->landmarks[static_cast<std::size_t>(two.index)] = id;
     ++matches->count;
   }
-}
-
-std::vector<KeyframeId> VotedKeyframes(const Map& map, const std::vector<LandmarkId>& landmarks, std::size_t limit) {
-  std::vector<int> votes(map.next_keyframe_id, 0);
-  for (const LandmarkId id : landmarks) {
-    const Landmark* landmark = map.landmarks.Find(id);
-    if (landmark == nullptr) continue;
-    for (const Observation& o : landmark->observations) ++votes[o.keyframe.value];
-  }
-  std::vector<KeyframeId> keyframes;
-  for (std::uint32_t i = 0; i < votes.size(); ++i) {
-    if (votes[i] > 0) keyframes.push_back(KeyframeId{i});
-  }
-  std::stable_sort(keyframes.begin(), keyframes.end(),
-                   [&votes](KeyframeId a, KeyframeId b) { return votes[a.value] > votes[b.value]; });
-  if (keyframes.size() > limit) keyframes.resize(limit);
-  return keyframes;
-}
-
-std::vector<KeyframeId> NearbyKeyframes(const Map& map, const Rigid3& T_map_camera, double distance, double angle,
-                                        std::size_t limit) {
-  std::vector<std::pair<double, KeyframeId>> near;
-  const Eigen::Vector3d axis = T_map_camera.rotation * Eigen::Vector3d::UnitZ();
-  for (const auto& [id, keyframe] : map.keyframes) {
-    const Rigid3 T = keyframe.T_map_camera();
-    const double d = (T.translation - T_map_camera.translation).norm();
-    if (d <= distance && axis.dot(T.rotation * Eigen::Vector3d::UnitZ()) >= std::cos(angle)) near.emplace_back(d, id);
-  }
-  std::sort(near.begin(), near.end());
-  if (near.size() > limit) near.resize(limit);
-  std::vector<KeyframeId> ids;
-  ids.reserve(near.size());
-  for (const auto& [d, id] : near) ids.push_back(id);
-  return ids;
-}
-
-std::vector<LandmarkId> ValidOnly(const std::vector<LandmarkId>& ids) {
-  std::vector<LandmarkId> valid;
-  std::copy_if(ids.begin(), ids.end(), std::back_inserter(valid), [](LandmarkId id) { return id.valid(); });
-  return valid;
-}
-
-int CountWellObserved(const Map& map, const std::vector<LandmarkId>& ids) {
-  constexpr std::size_t kWellObserved = 2;
-  return static_cast<int>(std::count_if(ids.begin(), ids.end(), [&map](LandmarkId id) {
-    const Landmark* landmark = id.valid() ? map.landmarks.Find(id) : nullptr;
-    return landmark != nullptr && landmark->observations.size() >= kWellObserved;
-  }));
-}
-
-double MedianDepth(const Map& map, const std::vector<LandmarkId>& ids, const Rigid3& T_map_camera) {
-  const Rigid3 T_camera_map = T_map_camera.Inverse();
-  std::vector<double> depths;
-  for (const LandmarkId id : ids) {
-    const Landmark* landmark = id.valid() ? map.landmarks.Find(id) : nullptr;
-    if (landmark != nullptr) depths.push_back((T_camera_map * landmark->p_map).z());
-  }
-  return Median(std::move(depths));
-}
-
-std::vector<LandmarkId> LandmarksOf(const Map& map, const std::vector<KeyframeId>& keyframes) {
-  std::vector<LandmarkId> ids;
-  for (const KeyframeId keyframe : keyframes) {
-    for (const LandmarkId id : map.keyframes.At(keyframe).landmarks) {
-      if (id.valid()) ids.push_back(id);
-    }
-  }
-  std::sort(ids.begin(), ids.end());
-  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
-  return ids;
 }
 
 }  // namespace planar_vslam

@@ -4,6 +4,7 @@
 #include <opencv2/core/eigen.hpp>
 
 #include "planar_vslam/feature/matching.h"
+#include "planar_vslam/recognition/place_limits.h"
 
 namespace planar_vslam {
 namespace {
@@ -23,7 +24,7 @@ Correspondences MatchToKeyframe(const Map& map, const Keyframe& keyframe, const 
   }
   for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<int>(i);
   MatchOptions options;
-  options.ratio = 0.75;
+  options.ratio = PlaceLimits::kPnpRatio;
   Correspondences c;
   for (const FeatureMatch& m : MatchBruteForce(*keyframe.features, with_landmark, features, all, options)) {
     const LandmarkId id = keyframe.landmarks[static_cast<std::size_t>(m.first)];
@@ -40,19 +41,17 @@ Correspondences MatchToKeyframe(const Map& map, const Keyframe& keyframe, const 
 }  // namespace
 
 std::optional<RelocalizationHypothesis> RelocalizeAgainst(const Map& map, KeyframeId keyframe,
-                                                          const FrameFeatures& features, const CameraModel& camera,
-                                                          const RelocalizerOptions& options) {
+                                                          const FrameFeatures& features, const CameraModel& camera) {
   const Correspondences c = MatchToKeyframe(map, map.keyframes.At(keyframe), features);
-  if (static_cast<int>(c.points.size()) < options.min_matches) return std::nullopt;
+  if (static_cast<int>(c.points.size()) < PlaceLimits::kPnpMatches) return std::nullopt;
   const cv::Mat K = (cv::Mat_<double>(3, 3) << camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1);
   cv::Mat rotation_vector, translation;
   std::vector<int> inliers;
-  constexpr double kConfidence = 0.99;
   // OpenCV seeds the generator of each call itself, so equal input gives equal output.
   const bool found = cv::solvePnPRansac(c.points, c.pixels, K, cv::noArray(), rotation_vector, translation, false,
-                                        options.ransac_iterations, static_cast<float>(options.reprojection),
-                                        kConfidence, inliers, cv::SOLVEPNP_EPNP);
-  if (!found || static_cast<int>(inliers.size()) < options.min_inliers) return std::nullopt;
+                                        PlaceLimits::kPnpIterations, static_cast<float>(PlaceLimits::kPnpError),
+                                        PlaceLimits::kPnpConfidence, inliers, cv::SOLVEPNP_EPNP);
+  if (!found || static_cast<int>(inliers.size()) < PlaceLimits::kMinInliers) return std::nullopt;
   const Eigen::Vector3d phi(rotation_vector.at<double>(0), rotation_vector.at<double>(1),
                             rotation_vector.at<double>(2));
   const Eigen::Vector3d t(translation.at<double>(0), translation.at<double>(1), translation.at<double>(2));
@@ -65,25 +64,6 @@ std::optional<RelocalizationHypothesis> RelocalizeAgainst(const Map& map, Keyfra
     ++hypothesis.matches.count;
   }
   return hypothesis;
-}
-
-std::vector<KeyframeId> KeyframesResembling(const Map& map, const FrameFeatures& features, std::size_t limit) {
-  std::vector<LandmarkId> all;
-  for (const auto& [id, landmark] : map.landmarks) all.push_back(id);
-  return KeyframesResembling(map, features, all, limit);
-}
-
-std::vector<KeyframeId> KeyframesResembling(const Map& map, const FrameFeatures& features,
-                                            const std::vector<LandmarkId>& among, std::size_t limit) {
-  if (among.empty()) return {};
-  constexpr int kMaxDistance = 50;  // bits, as a match between images of the same place
-  std::vector<Descriptor> descriptors;
-  for (const LandmarkId id : among) descriptors.push_back(map.landmarks.At(id).descriptor);
-  std::vector<LandmarkId> resembled;
-  for (const NearestDescriptor& nearest : FindNearestDescriptors(features.descriptors, descriptors)) {
-    if (nearest.distance <= kMaxDistance) resembled.push_back(among[static_cast<std::size_t>(nearest.index)]);
-  }
-  return VotedKeyframes(map, resembled, limit);
 }
 
 }  // namespace planar_vslam

@@ -7,28 +7,6 @@
 namespace planar_vslam::ros_face {
 namespace {
 
-PipelineOptions ReadPipelineOptions(const std::string& config, const std::vector<std::string>& assignments,
-                                    std::vector<std::string>* problems) {
-  Expected<PipelineOptions> options{PipelineOptions{}};
-  if (!config.empty()) options = LoadOptions(config);
-  if (!options.ok()) {
-    problems->push_back(options.error().message);
-    return {};
-  }
-  PipelineOptions merged = *options;
-  for (const std::string& assignment : assignments) {
-    const Expected<PipelineOptions> changed = SetOption(merged, assignment);
-    if (changed.ok()) {
-      merged = *changed;
-    } else {
-      problems->push_back(changed.error().message);
-    }
-  }
-  const std::vector<std::string> invalid = merged.Problems();
-  problems->insert(problems->end(), invalid.begin(), invalid.end());
-  return merged;
-}
-
 void ReadOdometrySource(const std::string& source, NodeSettings* settings, std::vector<std::string>* problems) {
   if (source == "topic") {
     settings->odometry = OdometrySource::kTopic;
@@ -83,11 +61,13 @@ NodeSettings ReadSettings(const ros::NodeHandle& node, std::vector<std::string>*
   reader.Read("map_directory", "a folder name", &map_directory);
   reader.Read("map_file", "a file name", &map_file);
   reader.Read("mode", "mapping or localization", &mode);
+  reader.Read("path_frames", "a whole number", &settings.path_frames);
   reader.Read("queue_size_images", "a whole number", &settings.queue_size_images);
   reader.Read("lossless", "true or false", &settings.lossless);
   reader.RequirePositive("tf_rate", settings.tf_rate);
   reader.RequirePositive("map_period", settings.map_period);
   reader.RequirePositive("map_points_period", settings.map_points_period);
+  reader.RequirePositive("path_frames", settings.path_frames);
   reader.RequirePositive("queue_size_images", settings.queue_size_images);
   if (settings.transform_tolerance < 0.0)
     problems->push_back("transform_tolerance: is negative; expected at least 0 s");
@@ -95,7 +75,7 @@ NodeSettings ReadSettings(const ros::NodeHandle& node, std::vector<std::string>*
   reader.RefuseUnknown();
   settings.map_directory = map_directory;
   if (!mode.empty()) assignments.push_back("mode=" + mode);
-  settings.pipeline = ReadPipelineOptions(config, assignments, problems);
+  settings.pipeline = CollectOptions(config, assignments, problems);
   ReadOdometrySource(odometry_source, &settings, problems);
   ReadSavedMap(map_file, &settings, problems);
   return settings;

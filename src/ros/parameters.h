@@ -27,6 +27,7 @@ struct NodeSettings {
   double map_points_period = 1.0;             // s between point clouds, paths and keyframe lists
   std::filesystem::path map_directory = ".";  // save_map writes here and nowhere else
   std::shared_ptr<const SavedMap> saved_map;  // ~map_file: the map to start from; null: a new one
+  int path_frames = 3000;                     // latest frames that `path` shows, and up to twice as many
   int queue_size_images = 3;                  // images that wait for tracking; older ones are dropped
   bool lossless = false;                      // drop nothing, map each keyframe at once: for recordings, not for robots
 

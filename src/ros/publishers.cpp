@@ -45,16 +45,15 @@ LocalizationPublisher::LocalizationPublisher(ros::NodeHandle* node, const NodeSe
   timer_ = node->createTimer(ros::Duration(1.0 / settings_.tf_rate), [this](const ros::TimerEvent&) { Broadcast(); });
 }
 
-void LocalizationPublisher::OnFrame(const FrameReport& report, const std::optional<Rigid2>& T_odom_base) {
+void LocalizationPublisher::OnFrame(const FrameReport& report) {
   if (!report.T_map_base.has_value()) return;
   // Lengths of unknown scale are no poses to drive by; a lone camera has nothing better.
   if (!report.metric && settings_.with_odometry()) return;
   pose_.publish(
       ToPoseWithCovariance(MakeHeader(report.stamp, settings_.map_frame), *report.T_map_base, report.covariance));
-  if (!T_odom_base.has_value()) return;
-  // The base is projected, not map -> odom: that one tilts about an origin far away.
+  if (!report.T_map_odom.has_value()) return;
   const std::lock_guard<std::mutex> lock(mutex_);
-  T_map_odom_ = ProjectToPlane(*report.T_map_base) * T_odom_base->Inverse();
+  T_map_odom_ = report.T_map_odom;
 }
 
 void LocalizationPublisher::OnRestart() {
@@ -87,7 +86,7 @@ void LocalizationPublisher::Broadcast() {
 
 MapPublisher::MapPublisher(ros::NodeHandle* node, const NodeSettings& settings)
     : settings_(settings),
-      navigation_(settings.pipeline.mapping2d, LandmarkAcceptance{},
+      navigation_(settings.pipeline.mapping2d, LandmarkAcceptance::For(settings.pipeline.pixel_sigma),
                   NavigationTolerance::For(settings.pipeline.mapping2d.resolution)),
       map_(node->advertise<nav_msgs::OccupancyGrid>(
           "map", 1, [this](const ros::SingleSubscriberPublisher& subscriber) { OnMapSubscriber(subscriber); })),
@@ -102,8 +101,8 @@ void MapPublisher::OnFrame(const TrackingLoop& loop, Timestamp stamp) {
   const bool points_due = IsDue(&last_points_, stamp, settings_.map_points_period);
   if (!grid_due && !points_due) return;
   building_ = true;
-  builder_.Submit([this, snapshot = *loop.Snapshot(), grid_due] {
-    Publish(snapshot, grid_due);
+  builder_.Submit([this, snapshot = *loop.Snapshot(), grid_due, generation = generation_] {
+    Publish(snapshot, grid_due, generation);
     building_ = false;
   });
 }
@@ -111,21 +110,31 @@ void MapPublisher::OnFrame(const TrackingLoop& loop, Timestamp stamp) {
 void MapPublisher::OnRestart() {
   last_grid_.reset();
   last_points_.reset();
+  const std::lock_guard<std::mutex> lock(mutex_);
+  ++generation_;
+  if (!grid_.has_value()) return;
+  // A latched or remembered grid would be taken for the new map's.
+  OccupancyGrid2d nothing_known = *grid_;
+  constexpr std::int8_t kUnknown = -1;
+  std::fill(nothing_known.cells.begin(), nothing_known.cells.end(), kUnknown);
+  map_.publish(ToOccupancyGrid(grid_header_, nothing_known));
+  grid_.reset();
 }
 
-void MapPublisher::Publish(const MapSnapshot& snapshot, bool grid_due) {
+void MapPublisher::Publish(const EstimatorSnapshot& snapshot, bool grid_due, long generation) {
   const std_msgs::Header header = MakeHeader(snapshot.stamp, settings_.map_frame);
   map_points_.publish(ToPointCloud(header, LandmarkCloud(*snapshot.map)));
   path_.publish(ToPath(header, snapshot.trajectory.Poses(*snapshot.map)));
   keyframes_.publish(ToPoseArray(header, *snapshot.map));
   if (!grid_due) return;
   navigation_.Update(*snapshot.map, snapshot.camera);
-  PublishGrid(header, navigation_.builder().Grid());
+  PublishGrid(header, navigation_.builder().Grid(), generation);
 }
 
-void MapPublisher::PublishGrid(const std_msgs::Header& header, const OccupancyGrid2d& grid) {
+void MapPublisher::PublishGrid(const std_msgs::Header& header, const OccupancyGrid2d& grid, long generation) {
   // Also while publishing, so that a new subscriber's map and the updates reach it in order.
   const std::lock_guard<std::mutex> lock(mutex_);
+  if (generation != generation_) return;
   if (!grid_.has_value() || !HaveSameLayout(*grid_, grid)) {
     map_.publish(ToOccupancyGrid(header, grid));
   } else if (const std::optional<GridRegion> region = ChangedRegion(*grid_, grid); region.has_value()) {
@@ -141,11 +150,13 @@ void MapPublisher::OnMapSubscriber(const ros::SingleSubscriberPublisher& subscri
   if (grid_.has_value()) subscriber.publish(ToOccupancyGrid(grid_header_, *grid_));
 }
 
-OccupancyGrid2d BuildGrid(const MapSnapshot& snapshot, const PipelineOptions& options) {
-  return BuildNavigationMap(*snapshot.map, snapshot.camera, options.mapping2d, LandmarkAcceptance{}).Grid();
+OccupancyGrid2d BuildGrid(const EstimatorSnapshot& snapshot, const PipelineOptions& options) {
+  return BuildNavigationMap(*snapshot.map, snapshot.camera, options.mapping2d,
+                            LandmarkAcceptance::For(options.pixel_sigma))
+      .Grid();
 }
 
-Expected<fs::path> SaveGrid(const MapSnapshot& snapshot, const NodeSettings& settings, const std::string& name) {
+Expected<fs::path> SaveGrid(const EstimatorSnapshot& snapshot, const NodeSettings& settings, const std::string& name) {
   const Expected<fs::path> file = ResolveMapName(settings.map_directory, name);
   if (!file.ok()) return file;
   if (!snapshot.map->metric) return Error{"the map's scale is not known yet; a grid needs metres"};
@@ -168,6 +179,7 @@ DiagnosticsPublisher::DiagnosticsPublisher(ros::NodeHandle* node, const InputQue
 void DiagnosticsPublisher::OnFrame(const FrameReport& report) {
   const std::lock_guard<std::mutex> lock(mutex_);
   status_.frame = report;
+  status_.stages.Add(report.times);
   ++status_.frames;
 }
 
@@ -179,6 +191,9 @@ void DiagnosticsPublisher::OnInput(const TrackingLoop& loop) {
   status_.unused = std::move(unused);
   status_.keyframes = map != nullptr ? map->keyframes.size() : 0;
   status_.points = map != nullptr ? map->landmarks.size() : 0;
+  if (loop.estimator() == nullptr) return;
+  status_.loops = loop.estimator()->report().loops.size();
+  status_.failed_adjustments = loop.estimator()->report().failed_adjustments;
 }
 
 void DiagnosticsPublisher::Publish() {
@@ -200,13 +215,13 @@ void DiagnosticsPublisher::Publish() {
     pair.value = value;
     message.values.push_back(pair);
   };
-  const FrameState state = status.frame.has_value() ? status.frame->state : FrameState::kInitializing;
+  const TrackingState state = status.frame.has_value() ? status.frame->state : TrackingState::kInitializing;
   // Waiting a moment is normal; a second without a frame is not.
   std::string waiting_for = stalled ? (status.waiting_for.empty() ? "images" : status.waiting_for) : "";
-  if (!stalled && state == FrameState::kInitializing) waiting_for = status.frame->waiting_for;
-  const bool well = !stalled && (state == FrameState::kTracking || state == FrameState::kRelocalized);
+  if (!stalled && state == TrackingState::kInitializing) waiting_for = status.frame->waiting_for;
+  const bool well = !stalled && (state == TrackingState::kTracking || state == TrackingState::kRelocalized);
   message.level = well ? DiagnosticStatus::OK : DiagnosticStatus::WARN;
-  if (!stalled && state == FrameState::kLost) message.level = DiagnosticStatus::ERROR;
+  if (!stalled && state == TrackingState::kLost) message.level = DiagnosticStatus::ERROR;
   message.message =
       waiting_for.empty() ? ToString(state) : fmt::format("{}, waiting for {}", ToString(state), waiting_for);
   add("state", ToString(state));
@@ -219,6 +234,11 @@ void DiagnosticsPublisher::Publish() {
   add("frames", std::to_string(status.frames));
   add("keyframes", std::to_string(status.keyframes));
   add("points", std::to_string(status.points));
+  add("loops closed", std::to_string(status.loops));
+  for (const auto& [reason, count] : status.failed_adjustments) add("failed: " + reason, std::to_string(count));
+  for (const auto& [stage, times] : status.stages.stages()) {
+    add(stage + " p50, p99 (ms)", fmt::format("{:.2f}, {:.2f}", times.Percentile(0.5), times.Percentile(0.99)));
+  }
   const std::map<std::string, long> dropped = queue_.dropped();
   add("dropped images", std::to_string(dropped.count("images") != 0 ? dropped.at("images") : 0));
   for (const auto& [kind, count] : dropped) {

@@ -21,7 +21,7 @@ class LocalizationPublisher {
  public:
   LocalizationPublisher(ros::NodeHandle* node, const NodeSettings& settings);
 
-  void OnFrame(const FrameReport& report, const std::optional<Rigid2>& T_odom_base);
+  void OnFrame(const FrameReport& report);
   void OnRestart();
   // Of the newest odometry that has arrived, tracked or not.
   void OnOdometry(const ros::Time& stamp);
@@ -46,17 +46,20 @@ class MapPublisher {
 
   // On the tracking thread, after a frame: takes a snapshot when something is due and the builder is idle.
   void OnFrame(const TrackingLoop& loop, Timestamp stamp);
+  // The map so far is void: subscribers get an empty grid until there is a new one.
   void OnRestart();
 
  private:
-  void Publish(const MapSnapshot& snapshot, bool grid_due);
-  void PublishGrid(const std_msgs::Header& header, const OccupancyGrid2d& grid);
+  // `generation`: of maps, as it was when the snapshot was taken.
+  void Publish(const EstimatorSnapshot& snapshot, bool grid_due, long generation);
+  void PublishGrid(const std_msgs::Header& header, const OccupancyGrid2d& grid, long generation);
   void OnMapSubscriber(const ros::SingleSubscriberPublisher& subscriber);
 
   const NodeSettings settings_;
   NavigationMap navigation_;  // of the builder's thread
   std::mutex mutex_;
   std::optional<OccupancyGrid2d> grid_;  // as published last
+  long generation_ = 0;                  // a restart begins a new one: what is built of maps before is dropped
   std_msgs::Header grid_header_;
   ros::Publisher map_, map_updates_, map_points_, path_, keyframes_;
   std::optional<Timestamp> last_grid_, last_points_;
@@ -64,10 +67,10 @@ class MapPublisher {
   WorkerExecutor builder_;  // last: its jobs end before the rest goes
 };
 
-OccupancyGrid2d BuildGrid(const MapSnapshot& snapshot, const PipelineOptions& options);
+OccupancyGrid2d BuildGrid(const EstimatorSnapshot& snapshot, const PipelineOptions& options);
 
 // Writes the grid as `name`.yaml and .pgm below the node's map directory; names that leave it are refused.
-Expected<std::filesystem::path> SaveGrid(const MapSnapshot& snapshot, const NodeSettings& settings,
+Expected<std::filesystem::path> SaveGrid(const EstimatorSnapshot& snapshot, const NodeSettings& settings,
                                          const std::string& name);
 
 // `/diagnostics` once a second of wall time, so that a stopped clock shows too.
@@ -84,7 +87,9 @@ class DiagnosticsPublisher {
     std::optional<FrameReport> frame;
     std::string waiting_for;  // of the oldest waiting image
     std::size_t keyframes = 0, points = 0;
-    std::map<std::string, long> unused;
+    std::size_t loops = 0;
+    std::map<std::string, long> failed_adjustments, unused;
+    StageStatistics stages;
     long frames = 0;
   };
   void Publish();

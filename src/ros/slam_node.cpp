@@ -28,8 +28,11 @@ class SlamNode {
         maps_(&node_, settings),
         diagnostics_(&node_, queue_),
         loop_(settings, node_.resolveName("image"),
-              {[this](const FrameReport& report, const auto& T_odom_base) { OnFrame(report, T_odom_base); },
-               [this] { OnRestart(); }}) {
+              {[this](const FrameReport& report) { OnFrame(report); }, [this] { OnRestart(); },
+               [](const std::string& reason) {
+                 ROS_FATAL("map_file: %s", reason.c_str());
+                 ros::requestShutdown();
+               }}) {
     AdvertiseServices();
     Subscribe();
     thread_ = std::thread([this] { Track(); });
@@ -104,8 +107,8 @@ class SlamNode {
     }
   }
 
-  void OnFrame(const FrameReport& report, const std::optional<Rigid2>& T_odom_base) {
-    localization_.OnFrame(report, T_odom_base);
+  void OnFrame(const FrameReport& report) {
+    localization_.OnFrame(report);
     diagnostics_.OnFrame(report);
     maps_.OnFrame(loop_, report.stamp);
   }
@@ -124,7 +127,7 @@ class SlamNode {
   }
 
   bool OnSaveMap(SaveMap::Request& request, SaveMap::Response& response) {
-    using MaybeSnapshot = std::optional<MapSnapshot>;
+    using MaybeSnapshot = std::optional<EstimatorSnapshot>;
     const MaybeSnapshot snapshot = OnTrackingThread<MaybeSnapshot>([this] { return loop_.Snapshot(); });
     if (!snapshot.has_value()) {
       response.message = "there is no map yet";

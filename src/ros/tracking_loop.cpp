@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <ros/console.h>
-#include <ros/init.h>
 
 #include <utility>
 
@@ -20,28 +19,15 @@ constexpr double kTimeJumpSeconds = 1.0;
 // tf is asked about inputs that wait, never about older ones.
 constexpr double kTfCacheSeconds = 30.0;
 
-// Without odometry only the images themselves can start a map.
-NodeSettings WithUsableInitialization(NodeSettings settings) {
-  InitializationMode& mode = settings.pipeline.initializer.mode;
-  const bool makes_first_map = settings.saved_map == nullptr;
-  if (makes_first_map && !settings.with_odometry() && mode == InitializationMode::kOdometry) {
-    mode = InitializationMode::kVisual;
-    ROS_WARN("no odometry: initialising visually, scale stays unknown");
-  }
-  return settings;
-}
-
 }  // namespace
 
 TrackingLoop::TrackingLoop(const NodeSettings& settings, const std::string& image_topic, TrackingEvents events)
-    : settings_(WithUsableInitialization(settings)),
+    : settings_(settings),
       image_topic_(image_topic),
       events_(std::move(events)),
       base_frame_(io::FrameName(settings.pipeline.topics.base_frame)),
       odom_frame_(io::FrameName(settings.pipeline.topics.odom_frame)),
-      tf_(ros::Duration(kTfCacheSeconds)),
-      corrector_(settings.pipeline.calibration),
-      synchronizer_(settings.with_odometry()) {}
+      tf_(ros::Duration(kTfCacheSeconds)) {}
 
 void TrackingLoop::Handle(const Input& input) {
   std::visit([this](const auto& message) { On(message); }, input);
@@ -52,24 +38,32 @@ void TrackingLoop::Restart() {
   images_.clear();
   odometry_.clear();
   scans_.clear();
-  last_odometry_.reset();
-  wheels_ = OdometryBuffer{};
   newest_ = {};
-  corrector_ = InputCorrector(settings_.pipeline.calibration);
-  synchronizer_ = Synchronizer(settings_.with_odometry());
-  if (system_ != nullptr) system_->Reset();
+  covariance_ = {};
+  if (estimator_ != nullptr) estimator_->Restart();
   waiting_for_.clear();
   events_.on_restart();
 }
 
-std::optional<MapSnapshot> TrackingLoop::Snapshot() const {
-  if (map() == nullptr) return std::nullopt;
-  return MapSnapshot{map(), system_->trajectory(), *camera_, last_frame_};
+Expected<bool> TrackingLoop::Order(const std::function<Expected<bool>(Estimator&)>& command) {
+  if (estimator_ == nullptr) return Error{"there is no estimator yet; it waits for an image and its camera_info"};
+  return command(*estimator_);
+}
+
+std::optional<EstimatorSnapshot> TrackingLoop::Snapshot() const {
+  if (estimator_ == nullptr) return std::nullopt;
+  return estimator_->Snapshot();
+}
+
+std::string TrackingLoop::waiting_for() const {
+  if (!waiting_for_.empty()) return waiting_for_;
+  return estimator_ != nullptr && estimator_->images_waiting() > 0 ? "odometry" : "";
 }
 
 std::map<std::string, long> TrackingLoop::unused() const {
   std::map<std::string, long> all = unused_;
-  for (const auto& [reason, count] : synchronizer_.dropped()) all[reason] += count;
+  if (estimator_ == nullptr) return all;
+  for (const auto& [reason, count] : estimator_->unused_input()) all[reason] += count;
   return all;
 }
 
@@ -146,11 +140,16 @@ std::optional<Rigid3> TrackingLoop::LookUp(const std::string& parent, const std:
   return io::ToRigid3(tf_.lookupTransform(parent, child, time).transform);
 }
 
-// Nothing moves without an image that needs it, so that a silent camera makes nothing pile up.
+// Nothing moves without an image that needs it, so that a silent camera makes nothing pile up. Scans go before the
+// odometry that completes the image, and their packet with it.
 void TrackingLoop::Drain() {
   UseInOrder(&images_, "image");
-  UseInOrder(&odometry_, "odometry");
   UseInOrder(&scans_, "scan");
+  UseInOrder(&odometry_, "odometry");
+}
+
+bool TrackingLoop::ImageWaits() const {
+  return estimator_ != nullptr && (!images_.empty() || estimator_->images_waiting() > 0);
 }
 
 template <class Waiting>
@@ -163,7 +162,7 @@ void TrackingLoop::UseInOrder(std::deque<Waiting>* waiting, const char* what) {
 }
 
 bool TrackingLoop::Use(const WaitingOdometry& odometry) {
-  if (system_ == nullptr || images_.empty()) return false;
+  if (!ImageWaits()) return false;
   std::optional<Rigid3> T_odom_base;
   OdometryMessageCovariance covariance;
   if (odometry.message == nullptr) {
@@ -179,28 +178,25 @@ bool TrackingLoop::Use(const WaitingOdometry& odometry) {
   if (!T_odom_base.has_value()) return false;
   OdometryReading read{odometry.stamp, ProjectToPlane(*T_odom_base)};
   read.covariance_rate = covariance_.Rate(read.stamp, read.T_odom_base, covariance);
-  const OdometryReading corrected = corrector_.Correct(read);
-  synchronizer_.Push(corrected);
-  wheels_.Push({corrected.stamp, read.T_odom_base});
-  last_odometry_ = corrected.stamp;
+  Report(estimator_->Add(read));
   return true;
 }
 
 bool TrackingLoop::Use(const WaitingScan& scan) {
-  if (system_ == nullptr || images_.empty()) return false;
+  if (!ImageWaits()) return false;
   const auto T_base_laser = LookUp(base_frame_, io::FrameName(scan.message->header.frame_id), scan.stamp);
   if (!T_base_laser.has_value()) return false;
-  synchronizer_.Push(corrector_.Correct(LaserFrame{io::ToPlanarScan(*scan.message), *T_base_laser}));
+  Report(estimator_->Add(LaserFrame{io::ToPlanarScan(*scan.message), *T_base_laser}));
   return true;
 }
 
 bool TrackingLoop::Use(const WaitingImage& image) {
-  if (system_ == nullptr) {
+  if (estimator_ == nullptr) {
     if (!camera_.has_value()) {
       waiting_for_ = "camera_info";
       return false;
     }
-    StartSystem();
+    StartEstimator();
   }
   std::optional<Rigid3> T_base_camera = Rigid3();
   if (settings_.has_base()) T_base_camera = LookUp(base_frame_, image.frame_id, image.stamp);
@@ -208,12 +204,6 @@ bool TrackingLoop::Use(const WaitingImage& image) {
     waiting_for_ = fmt::format("tf {} -> {}", base_frame_, image.frame_id);
     return false;
   }
-  UseInOrder(&odometry_, "odometry");
-  if (settings_.with_odometry() && (!last_odometry_.has_value() || *last_odometry_ < image.stamp)) {
-    waiting_for_ = "odometry";
-    return false;
-  }
-  UseInOrder(&scans_, "scan");
   waiting_for_.clear();
   Expected<GrayImage> gray = image.decode();
   if (!gray.ok()) {
@@ -224,29 +214,29 @@ bool TrackingLoop::Use(const WaitingImage& image) {
                       gray->width, gray->height, camera_->width, camera_->height);
     ++unused_["image of another size than camera_info says"];
   } else {
-    synchronizer_.Push(corrector_.Correct(CameraFrame{ImageFrame{image.stamp, std::move(*gray)}, *T_base_camera}));
-    Process();
+    Report(estimator_->Add(CameraFrame{ImageFrame{image.stamp, std::move(*gray)}, *T_base_camera}));
   }
   return true;
 }
 
-void TrackingLoop::StartSystem() {
+void TrackingLoop::StartEstimator() {
   // A recording played losslessly has no hurry: the inline schedule gives the command line's poses.
   const Schedule schedule = settings_.lossless ? Schedule::kInline : Schedule::kThreaded;
-  system_ = std::make_unique<SlamSystem>(settings_.pipeline, *camera_, settings_.has_base(), schedule);
-  if (settings_.saved_map == nullptr) return;
-  const std::vector<std::string> problems = system_->StartFrom(*settings_.saved_map);
-  for (const std::string& problem : problems) ROS_FATAL("map_file: %s", problem.c_str());
-  if (!problems.empty()) ros::requestShutdown();
+  estimator_ = std::make_unique<Estimator>(EstimatorSettings{settings_.pipeline, *camera_, settings_.has_base(),
+                                                             settings_.with_odometry(), schedule,
+                                                             static_cast<std::size_t>(settings_.path_frames)});
+  if (settings_.saved_map == nullptr) {
+    if (estimator_->settings().options.initializer.mode != settings_.pipeline.initializer.mode) {
+      ROS_WARN("no odometry: initialising visually, scale stays unknown");
+    }
+    return;
+  }
+  const Expected<bool> loaded = estimator_->LoadMap(*settings_.saved_map);
+  if (!loaded.ok()) events_.on_map_refused(loaded.error().message);
 }
 
-void TrackingLoop::Process() {
-  while (const std::optional<FramePacket> packet = synchronizer_.Pop()) {
-    const FrameReport report = system_->Process(*packet);
-    last_frame_ = report.stamp;
-    events_.on_frame(report, wheels_.Interpolate(report.stamp));
-    wheels_.DropBefore(report.stamp);
-  }
+void TrackingLoop::Report(const std::vector<FrameReport>& frames) {
+  for (const FrameReport& frame : frames) events_.on_frame(frame);
 }
 
 }  // namespace planar_vslam::ros_face

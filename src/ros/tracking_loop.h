@@ -1,5 +1,6 @@
 #pragma once
-// The tracking thread's work: one input after the other through tf, Synchronizer and SlamSystem. Knows no threads.
+// The tracking thread's work: messages become measurements, through tf, and go to the Estimator one after the other.
+// Knows no threads.
 #include <tf2/buffer_core.h>
 
 #include <array>
@@ -13,24 +14,15 @@
 
 #include "input_queue.h"
 #include "parameters.h"
-#include "planar_vslam/pipeline/input_corrector.h"
-#include "planar_vslam/pipeline/slam_system.h"
-#include "planar_vslam/pipeline/synchronizer.h"
+#include "planar_vslam/pipeline/estimator.h"
 #include "planar_vslam/planar/message_covariance.h"
 
 namespace planar_vslam::ros_face {
 
-// All that a navigation map is built from, as values another thread may keep.
-struct MapSnapshot {
-  std::shared_ptr<const Map> map;
-  TrajectoryRecorder trajectory;
-  CameraModel camera;
-  Timestamp stamp;  // of the last frame
-};
-
 struct TrackingEvents {
-  std::function<void(const FrameReport&, const std::optional<Rigid2>& T_odom_base)> on_frame;
-  std::function<void()> on_restart;  // map and poses so far are void
+  std::function<void(const FrameReport&)> on_frame;
+  std::function<void()> on_restart;                        // map and poses so far are void
+  std::function<void(const std::string&)> on_map_refused;  // the map to start from does not fit; nothing is tracked
 };
 
 class TrackingLoop {
@@ -41,14 +33,18 @@ class TrackingLoop {
   void Handle(const Input& input);
   // Drops the map and starts over.
   void Restart();
+  // A command for the estimator; an Error too while there is none.
+  Expected<bool> Order(const std::function<Expected<bool>(Estimator&)>& command);
   // Nothing while there is no map.
-  std::optional<MapSnapshot> Snapshot() const;
+  std::optional<EstimatorSnapshot> Snapshot() const;
 
   // What the oldest waiting image waits for; empty when none does.
-  const std::string& waiting_for() const { return waiting_for_; }
+  std::string waiting_for() const;
   // Input that could not be used, by reason.
   std::map<std::string, long> unused() const;
-  std::shared_ptr<const Map> map() const { return system_ != nullptr ? system_->map() : nullptr; }
+  std::shared_ptr<const Map> map() const { return estimator_ != nullptr ? estimator_->map() : nullptr; }
+  // Null before the first image whose camera is known.
+  const Estimator* estimator() const { return estimator_.get(); }
 
  private:
   struct WaitingImage {
@@ -85,8 +81,10 @@ class TrackingLoop {
   bool Use(const WaitingScan& scan);
   template <class Waiting>
   void UseInOrder(std::deque<Waiting>* waiting, const char* what);
-  void StartSystem();
-  void Process();
+  // Whether an image needs what has come in.
+  bool ImageWaits() const;
+  void StartEstimator();
+  void Report(const std::vector<FrameReport>& frames);
   // T_parent_child at `stamp`; nothing while tf does not reach that far.
   std::optional<Rigid3> LookUp(const std::string& parent, const std::string& child, Timestamp stamp) const;
 
@@ -99,14 +97,9 @@ class TrackingLoop {
   std::deque<WaitingImage> images_;
   std::deque<WaitingOdometry> odometry_;
   std::deque<WaitingScan> scans_;
-  std::optional<Timestamp> last_odometry_;  // handed to the synchronizer
-  OdometryBuffer wheels_;  // the odometry frame as tf has it, uncorrected, on the camera's clock: for map -> odom
   std::array<std::optional<Timestamp>, 3> newest_;  // by stream
-  InputCorrector corrector_;
   MessageCovarianceReader covariance_;
-  Synchronizer synchronizer_;
-  std::unique_ptr<SlamSystem> system_;
-  Timestamp last_frame_;
+  std::unique_ptr<Estimator> estimator_;
   std::string waiting_for_;
   std::map<std::string, long> unused_;
 };

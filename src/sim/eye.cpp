@@ -15,8 +15,6 @@ constexpr float kGrazing = 0.5f;       // of what Fresnel's law gives at grazing
 
 Eye::Eye(const SceneImpl& scene, const Viewpoint& viewpoint, float pixel_angle)
     : scene_(scene), viewpoint_(viewpoint), pixel_angle_(pixel_angle) {
-  rtcInitIntersectContext(&context_);
-  context_.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
   std::fill_n(query_.ray.org_x, kLanes, viewpoint.origin.x());
   std::fill_n(query_.ray.org_y, kLanes, viewpoint.origin.y());
   std::fill_n(query_.ray.org_z, kLanes, viewpoint.origin.z());
@@ -48,13 +46,13 @@ void Eye::Trace(const RayBatch& rays, int first, int count, Sight* sight) {
     query_.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
     valid_[i] = i < count ? -1 : 0;
   }
-  rtcIntersect16(valid_, scene_.everything, &context_, &query_);
+  IntersectNeighbours(valid_, scene_.everything, &query_);
   for (int i = 0; i < count; ++i) {
     sight->surface[first + i] = query_.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID ? kNothing : query_.hit.primID[i] / 2;
     query_.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
   }
   if (scene_.moving == nullptr) return;
-  rtcIntersect16(valid_, scene_.moving, &context_, &query_);  // only finds what is nearer
+  IntersectNeighbours(valid_, scene_.moving, &query_);  // only finds what is nearer
   const auto still = static_cast<std::uint32_t>(scene_.still_count);
   for (int i = 0; i < count; ++i) {
     if (query_.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID) sight->surface[first + i] = still + query_.hit.primID[i] / 2;

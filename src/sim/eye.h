@@ -62,7 +62,6 @@ class Eye {
   bool mirrored_ = false;                    // this eye looks out of a mirror ...
   float roughness_ = 0.0f;                   // ... that blurs by so many rad ...
   float mirrored_at_[RayBatch::kMost] = {};  // ... and that its rays come out of after so many metres
-  RTCIntersectContext context_;
   alignas(64) int valid_[kLanes] = {};
   alignas(64) RTCRayHit16 query_{};
 };

@@ -27,10 +27,7 @@ bool Occluded(const SceneImpl& scene, const Vector3f& from, const Vector3f& dire
   ray.dir_x = direction.x(), ray.dir_y = direction.y(), ray.dir_z = direction.z();
   ray.tfar = length;
   ray.mask = ~0u;
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  rtcOccluded1(scene.solids, &context, &ray);
-  return ray.tfar < 0.0f;  // Embree's sign of a hit
+  return Occludes(scene.solids, &ray);
 }
 
 // A flat source of light: `normal` is the way it shines.

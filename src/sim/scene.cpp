@@ -123,10 +123,8 @@ double Scene::Range(const Eigen::Vector3d& origin, const Eigen::Vector3d& direct
   query.ray.tfar = static_cast<float>(max_range);
   query.ray.mask = ~0u;
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  rtcIntersect1(impl_->solids, &context, &query);
-  if (impl_->moving != nullptr) rtcIntersect1(impl_->moving, &context, &query);  // only finds what is nearer
+  sim::Intersect(impl_->solids, &query);
+  if (impl_->moving != nullptr) sim::Intersect(impl_->moving, &query);  // only finds what is nearer
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::numeric_limits<double>::infinity();
   return static_cast<double>(query.ray.tfar);
 }

@@ -1,13 +1,12 @@
 #pragma once
 // What a Scene is made of. Private to this module: the camera and the laser cast their rays here.
-#include <embree3/rtcore.h>
-
 #include <Eigen/Core>
 #include <array>
 #include <deque>
 #include <vector>
 
 #include "planar_vslam/sim/scene.h"
+#include "ray_queries.h"
 #include "texture.h"
 
 namespace planar_vslam {

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "include_rules.h"
+#include "support/support.h"
 
 namespace planar_vslam::test {
 namespace {
@@ -14,7 +15,7 @@ const Violations kNone;
 const Violations kCodeEndings{".h", ".hpp", ".cpp", ".cc"};
 
 std::vector<SourceFile> ProductSources() {
-  return ReadSources(PV_SOURCE_DIR, {"include", "src", "planar", "mapping2d"}, kCodeEndings);
+  return ReadSources(test::SourceFolder(), {"include", "src", "planar", "mapping2d"}, kCodeEndings);
 }
 
 std::string Lines(const Violations& violations) {
@@ -48,15 +49,15 @@ TEST(Architecture, HeadersDoNotIncludeEachOther) {
 }
 
 TEST(Architecture, FilesCanBeReadInOneSitting) {
-  const Violations violations = LengthViolations(
-      ReadSources(PV_SOURCE_DIR, {"include", "src", "planar", "mapping2d", "test", "bench"}, kCodeEndings));
+  const Violations violations = LengthViolations(ReadSources(
+      test::SourceFolder(), {"include", "src", "planar", "mapping2d", "test", "bench", "examples"}, kCodeEndings));
   EXPECT_EQ(violations, kNone) << Lines(violations);
 }
 
 TEST(Architecture, CompilerFlagsArePortable) {
-  const Violations violations = FlagViolations(
-      ReadSources(PV_SOURCE_DIR, {"CMakeLists.txt", "cmake", "src", "planar", "mapping2d", "test", "bench"},
-                  {"CMakeLists.txt", ".cmake"}));
+  const Violations violations = FlagViolations(ReadSources(
+      test::SourceFolder(), {"CMakeLists.txt", "cmake", "src", "planar", "mapping2d", "test", "bench", "examples"},
+      {"CMakeLists.txt", ".cmake"}));
   EXPECT_EQ(violations, kNone) << Lines(violations);
 }
 

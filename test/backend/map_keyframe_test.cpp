@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 #include <map>
 
 #include "planar_vslam/backend/map_keyframe.h"
@@ -23,9 +24,9 @@ class MapKeyframeTest : public ::testing::Test {
   }
 
   // The frame at kNewest with every landmark of the map it shows matched, and odometry from the last keyframe.
-  KeyframeProposal Proposal() const {
+  KeyframeProposal Proposal(double pixel_noise = 0.3) const {
     const Rigid3 T_map_base = test::SyntheticPose(kNewest);
-    test::SyntheticView view = test::Observe(world_, T_map_base * world_.T_base_camera, 0.3, 77);
+    test::SyntheticView view = test::Observe(world_, T_map_base * world_.T_base_camera, pixel_noise, 77);
     for (LandmarkId& id : view.landmarks) {
       if (!map_.landmarks.Contains(id)) id = LandmarkId{};
     }
@@ -42,13 +43,14 @@ class MapKeyframeTest : public ::testing::Test {
     }
     return LandmarkId{};
   }
+  double PositionError(const Map& map, KeyframeId id) const {
+    const Rigid3 truth =
+        id.value < world_.true_poses.size() ? world_.true_poses[id.value] : test::SyntheticPose(kNewest);
+    return (map.keyframes.At(id).T_map_base.translation - truth.translation).norm();
+  }
   double MeanPositionError(const Map& map) const {
     double sum = 0.0;
-    for (const auto& [id, keyframe] : map.keyframes) {
-      const Rigid3 truth =
-          id.value < world_.true_poses.size() ? world_.true_poses[id.value] : test::SyntheticPose(kNewest);
-      sum += (keyframe.T_map_base.translation - truth.translation).norm();
-    }
+    for (const auto& [id, keyframe] : map.keyframes) sum += PositionError(map, id);
     return sum / static_cast<double>(map.keyframes.size());
   }
 
@@ -71,8 +73,6 @@ TEST_F(MapKeyframeTest, AddsTheKeyframeWithMatchesAndOdometryLink) {
   EXPECT_GT(static_cast<double>(seen), 0.9 * static_cast<double>(proposal.keyframe.landmarks.size()));
   EXPECT_LT((added.T_map_base.translation - test::SyntheticPose(kNewest).translation).norm(), 0.01);
   EXPECT_TRUE(outcome.report.keyframes_culled.empty());
-  EXPECT_TRUE(outcome.report.bundle.poses.empty() && outcome.report.bundle.points.empty())
-      << "a report carries no values";
 }
 
 TEST_F(MapKeyframeTest, WithdrawsTheFloorFromKeyframesMadeSinceItWasLeft) {
@@ -84,12 +84,42 @@ TEST_F(MapKeyframeTest, WithdrawsTheFloorFromKeyframesMadeSinceItWasLeft) {
   for (const auto& [id, keyframe] : mapped.keyframes) EXPECT_EQ(keyframe.on_floor, id < last->first) << id.value;
 }
 
+TEST_F(MapKeyframeTest, LeavesTheFloorOfEarlierSessionsAloneWhateverTheirStamps) {
+  KeyframeProposal proposal = Proposal();
+  proposal.keyframe.on_floor = false;
+  proposal.off_floor_since = map_.keyframes.begin()->second.stamp;  // by the clock of the present session
+  proposal.session_begin = KeyframeId{map_.next_keyframe_id - 2};
+  const Map mapped = MapKeyframe(map_, proposal, context_).map;
+  for (const auto& [id, keyframe] : mapped.keyframes) {
+    EXPECT_EQ(keyframe.on_floor, id < proposal.session_begin) << id.value;
+  }
+}
+
 TEST_F(MapKeyframeTest, WorksWithoutOdometry) {
+  map_ = test::Perturbed(world_, 0.01, 0.002, 0.02, 9);
   KeyframeProposal proposal = Proposal();
   proposal.odometry.reset();
+  const double before = MeanPositionError(map_);
   const MappingOutcome outcome = MapKeyframe(map_, proposal, context_);
   EXPECT_TRUE(Validate(outcome.map).empty());
   EXPECT_FALSE(outcome.map.keyframes.At(outcome.report.keyframe).odometry_link.has_value());
+  EXPECT_TRUE(outcome.report.bundle.converged);
+  EXPECT_LT(MeanPositionError(outcome.map), 0.5 * before);
+  EXPECT_LT(PositionError(outcome.map, outcome.report.keyframe), 0.01) << "landmarks hold it";
+}
+
+TEST_F(MapKeyframeTest, AnAdjustmentThatFailsIsHeardAndChangesNothing) {
+  KeyframeProposal proposal = Proposal();
+  proposal.odometry->T_i_j.translation.x() = std::numeric_limits<double>::quiet_NaN();
+  const MappingOutcome outcome = MapKeyframe(map_, proposal, context_);
+  EXPECT_TRUE(outcome.report.bundle.failed());
+  EXPECT_FALSE(outcome.report.bundle.message.empty());
+  for (const auto& [id, keyframe] : map_.keyframes) {
+    EXPECT_EQ(outcome.map.keyframes.At(id).T_map_base.translation, keyframe.T_map_base.translation) << id.value;
+  }
+  EXPECT_EQ(outcome.map.keyframes.At(outcome.report.keyframe).T_map_base.translation,
+            proposal.keyframe.T_map_base.translation);
+  EXPECT_FALSE(MapKeyframe(map_, Proposal(), context_).report.bundle.failed());
 }
 
 TEST_F(MapKeyframeTest, DropsMatchesToLandmarksThatAreGoneOrNamedTwice) {
@@ -208,6 +238,13 @@ TEST_F(MapKeyframeTest, NowAndThenAdjustsAWideWindow) {
   };
   constexpr int kNever = 1000;  // the map has fewer keyframes
   EXPECT_GT(moved(1), moved(kNever));
+  // That takes drift out which a narrow window holds fixed at its border.
+  map_ = test::Perturbed(world_, 0.02, 0.002, 0.02, 9);
+  const auto error = [this](int every) {
+    context_.options.wide_every = every;
+    return MeanPositionError(MapKeyframe(map_, Proposal(), context_).map);
+  };
+  EXPECT_LT(error(1), 0.5 * error(kNever));
 }
 
 TEST_F(MapKeyframeTest, CullsARedundantKeyframeAndBridgesItsOdometry) {
@@ -280,6 +317,21 @@ TEST_F(MapKeyframeTest, ErasesRecentLandmarksThatAreRarelyFound) {
   EXPECT_GE(outcome.report.landmarks_culled, 1);
 }
 
+TEST_F(MapKeyframeTest, TellsTheTimeOfEveryStage) {
+  const MappingReport report = MapKeyframe(map_, Proposal(), context_).report;
+  std::vector<std::string> stages;
+  for (const StageTime& t : report.times) {
+    EXPECT_GE(t.ms, 0.0) << t.stage;
+    stages.emplace_back(t.stage);
+  }
+  EXPECT_EQ(stages, (std::vector<std::string>{"map.copy", "map.arrival", "map.laser_links", "map.cull_landmarks",
+                                              "map.triangulate", "map.fuse", "map.bundle", "map.cull_keyframes"}));
+  double bundle = 0.0;
+  for (const StageTime& t : report.bundle.times) bundle += t.ms;
+  EXPECT_GT(bundle, 0.0);
+  EXPECT_LE(bundle, report.times[6].ms) << "its stages are parts of it";
+}
+
 TEST_F(MapKeyframeTest, GivesTheSameMapEveryTime) {
   map_ = test::Perturbed(world_, 0.01, 0.002, 0.02, 10);
   const MappingOutcome a = MapKeyframe(map_, Proposal(), context_), b = MapKeyframe(map_, Proposal(), context_);
@@ -310,7 +362,7 @@ TEST_F(MapKeyframeTest, AManyKeyframeDriveStaysSoundAndAccurate) {
     proposal.keyframe = {
         Timestamp::FromSeconds(10.0 + k), T_map_base, world_.T_base_camera, view.features, view.landmarks, {}};
     proposal.odometry = test::ExactOdometry(world_, test::SyntheticPose(x), T_map_base);
-    MappingOutcome outcome = MapKeyframe(std::move(map_), proposal, context_);
+    MappingOutcome outcome = MapKeyframe(map_, proposal, context_);
     x += 0.25;
     at[outcome.report.keyframe] = x;
     map_ = std::move(outcome.map);
@@ -322,12 +374,21 @@ TEST_F(MapKeyframeTest, AManyKeyframeDriveStaysSoundAndAccurate) {
   }
 }
 
-TEST_F(MapKeyframeTest, WholeMapAdjustmentPullsAPerturbedMapToTheTruth) {
-  const Map perturbed = test::Perturbed(world_, 0.02, 0.005, 0.03, 11);
-  const MappingOutcome outcome = AdjustWholeMap(perturbed, context_.model);
-  EXPECT_TRUE(Validate(outcome.map).empty());
-  EXPECT_TRUE(outcome.report.bundle.converged);
-  EXPECT_LT(MeanPositionError(outcome.map), 0.2 * MeanPositionError(perturbed));
+TEST_F(MapKeyframeTest, TriangulatesAndFusesWhatThePixelSigmaAllows) {
+  EraseLandmarks erase;
+  for (const auto& [id, landmark] : map_.landmarks) {
+    if (id.value % 2 == 0) erase.ids.push_back(id);
+  }
+  map_ = Apply(std::move(map_), {erase});
+  // Keypoints off by more than their sigma, of which every other match is still to be found.
+  KeyframeProposal proposal = Proposal(4.0);
+  for (std::size_t i = 0; i < proposal.keyframe.landmarks.size(); i += 2) proposal.keyframe.landmarks[i] = LandmarkId{};
+  context_.options.fusion_radius = 10.0;
+  const MappingReport strict = MapKeyframe(map_, proposal, context_).report;
+  context_.model.pixel_sigma = 4.0;
+  const MappingReport lenient = MapKeyframe(map_, proposal, context_).report;
+  EXPECT_GT(lenient.triangulated, 1.3 * strict.triangulated);
+  EXPECT_GT(lenient.fused, 1.3 * strict.fused);
 }
 
 TEST(MapperOptions, NameWhatIsWrong) {

@@ -91,7 +91,7 @@ class MapCommand : public ::testing::Test {
   Outcome Call(const std::string& arguments) const {
     const fs::path err = folder_.path() / "stderr.txt";
     Outcome outcome;
-    FILE* pipe = ::popen((PV_EXECUTABLE " " + arguments + " 2>" + err.string()).c_str(), "r");
+    FILE* pipe = ::popen((test::Executable() + " " + arguments + " 2>" + err.string()).c_str(), "r");
     if (pipe == nullptr) return outcome;
     std::array<char, 4096> buffer{};
     while (const std::size_t size = std::fread(buffer.data(), 1, buffer.size(), pipe))

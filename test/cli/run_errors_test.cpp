@@ -21,7 +21,7 @@ struct Outcome {
 
 // Runs the executable with arguments as one would type them.
 Outcome RunCommand(const std::string& arguments) {
-  const std::string command = std::string("'") + PV_EXECUTABLE + "' " + arguments + " 2>&1 >/dev/null";
+  const std::string command = "'" + test::Executable() + "' " + arguments + " 2>&1 >/dev/null";
   Outcome outcome;
   FILE* pipe = popen(command.c_str(), "r");
   if (pipe == nullptr) return outcome;

@@ -35,9 +35,9 @@ TEST(OrbOptions, EachBadFieldIsNamed) {
   options.cell_pixels = 1;
   const std::vector<std::string> problems = options.Problems();
   ASSERT_EQ(problems.size(), 6U);
-  EXPECT_EQ(problems[0], "feature_count: 0, expected at least 1");
-  EXPECT_EQ(problems[1], "scale_factor: 1, expected above 1, at most 2");
-  EXPECT_EQ(problems[4], "fast_min_threshold: 5, expected 1 to fast_threshold");
+  EXPECT_EQ(problems[0], "feature_count is 0; expected at least 1");
+  EXPECT_EQ(problems[1], "scale_factor is 1; expected more than 1 and at most 2");
+  EXPECT_EQ(problems[4], "fast_min_threshold is 5; expected at least 1 and at most fast_threshold (0)");
   options = OrbOptions{};
   options.scale_factor = std::nan("");
   EXPECT_EQ(options.Problems().size(), 1U);

@@ -14,10 +14,12 @@ class InitializerTest : public ::testing::Test {
  protected:
   InitializerTest() : world_(test::MakeSyntheticWorld({})) {}
 
-  Initializer Make(InitializationMode mode) const {
+  Initializer Make(InitializationMode mode, double pixel_sigma = 1.0) const {
     InitializerOptions options;
     options.mode = mode;
-    return {options, world_.Context(), world_.map.octave_scales};
+    MeasurementModel model = world_.Context();
+    model.pixel_sigma = pixel_sigma;
+    return {options, model, world_.map.octave_scales};
   }
   // The frame at `T_map_base`, with odometry from the one before.
   InitializerInput Input(const Rigid3& T_map_base, bool with_odometry, double pixel_noise = 0.3) {
@@ -182,6 +184,23 @@ TEST_F(InitializerTest, TakesANewFirstFrameAfterALongWait) {
   }
   ASSERT_TRUE(report.map.has_value()) << report.waiting_for;
   EXPECT_GT(report.map->keyframes.At(KeyframeId{0}).stamp, Timestamp::FromSeconds(0.35));
+}
+
+TEST_F(InitializerTest, TakesPointsAsFarOffAsThePixelSigmaSays) {
+  for (const InitializationMode mode : {InitializationMode::kOdometry, InitializationMode::kVisual}) {
+    // Landmarks of the first map, none where there is no map, from keypoints that are off by 0.3 px.
+    const auto landmarks = [this, mode](double pixel_sigma) {
+      Initializer initializer = Make(mode, pixel_sigma);
+      T_map_last_.reset();
+      frame_ = 0;
+      InitializerReport report;
+      for (double x = 0.5; !report.map.has_value() && x < 1.2; x += 0.05) {
+        report = initializer.Add(Input(test::SyntheticPose(x), true));
+      }
+      return report.map.has_value() ? static_cast<double>(report.map->landmarks.size()) : 0.0;
+    };
+    EXPECT_GT(landmarks(1.0), 1.2 * landmarks(0.05)) << static_cast<int>(mode);
+  }
 }
 
 TEST(InitializerOptions, NameWhatIsWrong) {

@@ -22,14 +22,14 @@ class TrackerTest : public ::testing::Test {
     tracker_.Start(map_, KeyframeId{0});
   }
 
-  Tracker MakeTracker(const PlanarPriorOptions& planar) const {
-    return Tracker({world_.camera, world_.odometry_noise, planar, TrackerOptions{}});
+  Tracker MakeTracker(const PlanarPriorOptions& planar, double pixel_sigma = 1.0) const {
+    return Tracker({world_.camera, world_.odometry_noise, planar, TrackerOptions{}, pixel_sigma});
   }
-  TrackInput Input(double x, bool with_features = true) {
+  TrackInput Input(double x, bool with_features = true, double pixel_noise = 0.5) {
     TrackInput input;
     input.stamp = Timestamp::FromSeconds(0.1 * static_cast<double>(++frame_));
     input.T_base_camera = world_.T_base_camera;
-    input.features = with_features ? test::Observe(world_, test::SyntheticPose(x) * world_.T_base_camera, 0.5,
+    input.features = with_features ? test::Observe(world_, test::SyntheticPose(x) * world_.T_base_camera, pixel_noise,
                                                    static_cast<std::uint32_t>(frame_))
                                          .features
                                    : std::make_shared<const FrameFeatures>();
@@ -71,7 +71,7 @@ double PositionVariance(const TrackResult& result) { return result.covariance.di
 TEST_F(TrackerTest, FollowsTheTruePath) {
   for (double x = kFrameStep; x < 1.8; x += kFrameStep) {
     const TrackResult result = Track(x);
-    ASSERT_EQ(result.status, TrackStatus::kTracking) << x;
+    ASSERT_EQ(result.status, TrackingState::kTracking) << x;
     EXPECT_FALSE(result.odometry_rejected) << x;
     EXPECT_TRUE(result.on_floor) << x;
     ExpectPose(result.T_map_base, test::SyntheticPose(x), 0.01, 0.003);
@@ -83,7 +83,7 @@ TEST_F(TrackerTest, FollowsTheTruePath) {
 TEST_F(TrackerTest, FollowsWithoutOdometry) {
   for (double x = kFrameStep; x < 1.8; x += kFrameStep) {
     const TrackResult result = TrackWithoutOdometry(x);
-    ASSERT_EQ(result.status, TrackStatus::kTracking) << x;
+    ASSERT_EQ(result.status, TrackingState::kTracking) << x;
     ExpectPose(result.T_map_base, test::SyntheticPose(x), 0.02, 0.005);
   }
 }
@@ -97,7 +97,7 @@ TEST_F(TrackerTest, FollowsWhileTheCameraTurnsOnTheRobot) {
     input.features = test::Observe(world_, test::SyntheticPose(x_) * input.T_base_camera, 0.5, 1).features;
     input.odometry = test::ExactOdometry(world_, test::SyntheticPose(x_ - kFrameStep), test::SyntheticPose(x_));
     const TrackResult result = tracker_.Track(input, map_);
-    ASSERT_EQ(result.status, TrackStatus::kTracking) << i;
+    ASSERT_EQ(result.status, TrackingState::kTracking) << i;
     ExpectPose(result.T_map_base, test::SyntheticPose(x_), 0.01, 0.003);
   }
 }
@@ -118,11 +118,11 @@ TEST_F(TrackerTest, GivesTheSameBitsEveryTime) {
 
 TEST_F(TrackerTest, RestsOnOdometryWhileBlindAndComesBackRelocalized) {
   TrackResult last = Track(0.1);
-  ASSERT_EQ(last.status, TrackStatus::kTracking);
+  ASSERT_EQ(last.status, TrackingState::kTracking);
   for (double x = 0.15; x < 0.62; x += kFrameStep) {
     const Rigid3 step = Embed3(test::ExactOdometry(world_, test::SyntheticPose(x_), test::SyntheticPose(x)).T_i_j);
     const TrackResult blind = Track(x, false);
-    ASSERT_EQ(blind.status, TrackStatus::kOdometry);
+    ASSERT_EQ(blind.status, TrackingState::kOdometry);
     ExpectPose(blind.T_map_base, last.T_map_base * step, 1e-9, 1e-9);
     EXPECT_GT(PositionVariance(blind), PositionVariance(last));
     EXPECT_GT(blind.covariance(5, 5), last.covariance(5, 5));
@@ -131,23 +131,23 @@ TEST_F(TrackerTest, RestsOnOdometryWhileBlindAndComesBackRelocalized) {
     last = blind;
   }
   const TrackResult back = Track(0.65);
-  ASSERT_EQ(back.status, TrackStatus::kRelocalized);
+  ASSERT_EQ(back.status, TrackingState::kRelocalized);
   ExpectPose(back.T_map_base, test::SyntheticPose(0.65), 0.01, 0.003);
   EXPECT_LT(PositionVariance(back), PositionVariance(last));
-  EXPECT_EQ(Track(0.7).status, TrackStatus::kTracking);
+  EXPECT_EQ(Track(0.7).status, TrackingState::kTracking);
 }
 
 TEST_F(TrackerTest, IsLostWithoutOdometryAndFindsItselfAgain) {
-  ASSERT_EQ(TrackWithoutOdometry(0.05).status, TrackStatus::kTracking);
+  ASSERT_EQ(TrackWithoutOdometry(0.05).status, TrackingState::kTracking);
   for (int i = 0; i < 5; ++i) {
     const TrackResult lost = TrackWithoutOdometry(0.1, false);
-    EXPECT_EQ(lost.status, TrackStatus::kLost);
+    EXPECT_EQ(lost.status, TrackingState::kLost);
     EXPECT_FALSE(lost.wants_keyframe);
   }
   const TrackResult back = TrackWithoutOdometry(1.3);  // far from where it was lost: no prediction helps
-  ASSERT_EQ(back.status, TrackStatus::kRelocalized);
+  ASSERT_EQ(back.status, TrackingState::kRelocalized);
   ExpectPose(back.T_map_base, test::SyntheticPose(1.3), 0.02, 0.005);
-  EXPECT_EQ(TrackWithoutOdometry(1.35).status, TrackStatus::kTracking);
+  EXPECT_EQ(TrackWithoutOdometry(1.35).status, TrackingState::kTracking);
 }
 
 struct Slip {
@@ -159,13 +159,13 @@ class TrackerSlipTest : public TrackerTest, public ::testing::WithParamInterface
 
 TEST_P(TrackerSlipTest, VisionOverrulesOdometryThatLies) {
   Track(0.3);
-  ASSERT_EQ(Track(0.35).status, TrackStatus::kTracking);
+  ASSERT_EQ(Track(0.35).status, TrackingState::kTracking);
   const TrackResult result = TrackAfterSlip(0.4, GetParam().claimed);
-  ASSERT_EQ(result.status, TrackStatus::kTracking);
+  ASSERT_EQ(result.status, TrackingState::kTracking);
   EXPECT_TRUE(result.odometry_rejected);
   ExpectPose(result.T_map_base, test::SyntheticPose(0.4), 0.02, 0.005);
   const TrackResult next = Track(0.45);
-  EXPECT_EQ(next.status, TrackStatus::kTracking);
+  EXPECT_EQ(next.status, TrackingState::kTracking);
   EXPECT_FALSE(next.odometry_rejected);
   ExpectPose(next.T_map_base, test::SyntheticPose(0.45), 0.01, 0.003);
 }
@@ -188,7 +188,7 @@ class TrackerSillTest : public TrackerTest, public ::testing::WithParamInterface
     input.odometry = test::ExactOdometry(world_, test::SyntheticPose(x_), test::SyntheticPose(x) * Embed3(slip));
     x_ = x;
     const TrackResult result = tracker_.Track(input, map_);
-    EXPECT_EQ(result.status, TrackStatus::kTracking);
+    EXPECT_EQ(result.status, TrackingState::kTracking);
     ExpectPose(result.T_map_base, tipped, 0.02, 0.005);
     return result;
   }
@@ -196,7 +196,7 @@ class TrackerSillTest : public TrackerTest, public ::testing::WithParamInterface
 
 TEST_P(TrackerSillTest, IsNoSlipOfTheWheels) {
   Track(0.3);
-  ASSERT_EQ(Track(0.35).status, TrackStatus::kTracking);
+  ASSERT_EQ(Track(0.35).status, TrackingState::kTracking);
   const TrackResult up = TrackOnSill(0.4, Rigid2());
   EXPECT_TRUE(up.tilted);
   EXPECT_FALSE(up.odometry_rejected);
@@ -209,7 +209,7 @@ TEST_P(TrackerSillTest, IsNoSlipOfTheWheels) {
 
 TEST_P(TrackerSillTest, HidesNoSlip) {
   Track(0.3);
-  ASSERT_EQ(Track(0.35).status, TrackStatus::kTracking);
+  ASSERT_EQ(Track(0.35).status, TrackingState::kTracking);
   EXPECT_TRUE(TrackOnSill(0.4, Rigid2(0.1, 0.0, 0.0)).odometry_rejected);
 }
 
@@ -218,7 +218,7 @@ INSTANTIATE_TEST_SUITE_P(Pitches, TrackerSillTest, ::testing::Values(-0.04, 0.04
 TEST_F(TrackerTest, ContinuesWhenTheMapIsScaled) {
   map_.metric = false;
   for (double x = kFrameStep; x < 0.42; x += kFrameStep)
-    ASSERT_EQ(TrackWithoutOdometry(x).status, TrackStatus::kTracking);
+    ASSERT_EQ(TrackWithoutOdometry(x).status, TrackingState::kTracking);
   const double scale = 2.0;
   map_ = Apply(map_, {TransformMap{scale, Rigid3()}});
   tracker_.OnMapScaled(map_, scale);
@@ -229,7 +229,7 @@ TEST_F(TrackerTest, ContinuesWhenTheMapIsScaled) {
   };
   for (const double x : {0.45, 0.5, 0.55}) {
     const TrackResult result = TrackWithoutOdometry(x);
-    ASSERT_EQ(result.status, TrackStatus::kTracking) << x;
+    ASSERT_EQ(result.status, TrackingState::kTracking) << x;
     ExpectPose(result.T_map_base, scaled_truth(x), 0.04, 0.005);
   }
 }
@@ -240,7 +240,7 @@ TEST_F(TrackerTest, ContinuesWhenItsReferenceIsCulled) {
   ASSERT_EQ(Track(0.8).reference, KeyframeId{3});
   map_ = Apply(map_, {EraseKeyframe{KeyframeId{3}}});
   const TrackResult result = Track(0.85);
-  EXPECT_EQ(result.status, TrackStatus::kTracking);
+  EXPECT_EQ(result.status, TrackingState::kTracking);
   EXPECT_TRUE(map_.keyframes.Contains(result.reference));
   ExpectPose(result.T_map_base, test::SyntheticPose(0.85), 0.01, 0.003);
   ExpectPose(map_.keyframes.At(result.reference).T_map_base * result.T_ref_base, result.T_map_base, 1e-9, 1e-9);
@@ -252,7 +252,7 @@ TEST_F(TrackerTest, FollowsTheReferenceWhenItMoves) {
   const Rigid3 T_new_old = Embed3(Rigid2(0.4, -0.3, 0.2));
   map_ = Apply(map_, {TransformMap{1.0, T_new_old}});
   const TrackResult result = Track(0.15);
-  ASSERT_EQ(result.status, TrackStatus::kTracking);
+  ASSERT_EQ(result.status, TrackingState::kTracking);
   EXPECT_FALSE(result.odometry_rejected);
   ExpectPose(result.T_map_base, T_new_old * test::SyntheticPose(0.15), 0.01, 0.003);
 }
@@ -271,7 +271,7 @@ TEST_F(TrackerTest, LetsGoOfTheFloorOnARamp) {
   tracker_.Start(map_, KeyframeId{0});
   TrackResult result;
   for (double x = kFrameStep; x < 1.75; x += kFrameStep) result = Track(x);
-  EXPECT_EQ(result.status, TrackStatus::kTracking);
+  EXPECT_EQ(result.status, TrackingState::kTracking);
   EXPECT_FALSE(result.on_floor);
   ExpectPose(result.T_map_base, T_tilt * test::SyntheticPose(x_), 0.02, 0.005);
 }
@@ -301,7 +301,7 @@ TEST_F(TrackerTest, PosesWithInflatedPixelsLetGoOfTheFloorOnARamp) {
   tracker_.Start(map_, KeyframeId{0});
   TrackResult result;
   for (double x = kFrameStep; x < 1.75; x += kFrameStep) result = Track(x);
-  EXPECT_EQ(result.status, TrackStatus::kTracking);
+  EXPECT_EQ(result.status, TrackingState::kTracking);
   EXPECT_FALSE(result.on_floor);
   ExpectPose(result.T_map_base, T_tilt * test::SyntheticPose(x_), 0.02, 0.005);
 }
@@ -314,6 +314,18 @@ TEST_F(TrackerTest, FloorPlaysNoPartWhereItIsSwitchedOff) {
   map_ = Apply(map_, {TransformMap{1.0, T_up}});
   tracker_.Start(map_, KeyframeId{0});
   for (const double x : {0.05, 0.1, 0.15}) ExpectPose(Track(x).T_map_base, T_up * test::SyntheticPose(x), 0.01, 0.003);
+}
+
+TEST_F(TrackerTest, TakesKeypointsAsFarOffAsThePixelSigmaSays) {
+  const auto inliers = [this](double pixel_sigma) {
+    Tracker tracker = MakeTracker({}, pixel_sigma);
+    tracker.Start(map_, KeyframeId{0});
+    frame_ = 0;
+    TrackInput input = Input(kFrameStep, true, 2.0);
+    input.odometry = test::ExactOdometry(world_, test::SyntheticPose(0.0), test::SyntheticPose(kFrameStep));
+    return tracker.Track(input, map_).inliers;
+  };
+  EXPECT_GT(inliers(2.0), 1.3 * inliers(1.0));
 }
 
 TEST(TrackerOptions, NameWhatIsWrong) {
@@ -332,23 +344,23 @@ TEST_F(TrackerTest, FindsItselfAnywhereInAKnownMap) {
     const double x = 0.9 + kFrameStep * frame;
     const TrackResult result = Track(x);
     if (frame < 3) {  // one look is not enough
-      EXPECT_EQ(result.status, TrackStatus::kLost) << frame;
+      EXPECT_EQ(result.status, TrackingState::kLost) << frame;
       EXPECT_FALSE(tracker_.localized()) << frame;
       continue;
     }
-    ASSERT_EQ(result.status, TrackStatus::kRelocalized);
+    ASSERT_EQ(result.status, TrackingState::kRelocalized);
     EXPECT_TRUE(tracker_.localized());
     EXPECT_TRUE(result.jumped);
     ExpectPose(result.T_map_base, test::SyntheticPose(x), 0.02, 0.005);
     ExpectPose(map_.keyframes.At(result.reference).T_map_base * result.T_ref_base, result.T_map_base, 1e-9, 1e-9);
   }
-  EXPECT_EQ(Track(1.1).status, TrackStatus::kTracking);
+  EXPECT_EQ(Track(1.1).status, TrackingState::kTracking);
 }
 
 TEST_F(TrackerTest, FindsItselfWithoutOdometryToo) {
   tracker_.StartUnlocalized();
-  for (int frame = 1; frame < 3; ++frame) EXPECT_EQ(TrackWithoutOdometry(0.9).status, TrackStatus::kLost);
-  EXPECT_EQ(TrackWithoutOdometry(0.9).status, TrackStatus::kRelocalized);
+  for (int frame = 1; frame < 3; ++frame) EXPECT_EQ(TrackWithoutOdometry(0.9).status, TrackingState::kLost);
+  EXPECT_EQ(TrackWithoutOdometry(0.9).status, TrackingState::kRelocalized);
 }
 
 TEST_F(TrackerTest, StaysLostWhereNothingIsRecognised) {
@@ -359,25 +371,25 @@ TEST_F(TrackerTest, StaysLostWhereNothingIsRecognised) {
     FrameFeatures shuffled = *input.features;
     std::shuffle(shuffled.descriptors.begin(), shuffled.descriptors.end(), generator);
     input.features = std::make_shared<const FrameFeatures>(shuffled);
-    EXPECT_EQ(tracker_.Track(input, map_).status, TrackStatus::kLost);
+    EXPECT_EQ(tracker_.Track(input, map_).status, TrackingState::kLost);
   }
   EXPECT_FALSE(tracker_.localized());
 }
 
 TEST_F(TrackerTest, NoticesThatItWasCarriedAway) {
-  ASSERT_EQ(Track(0.1).status, TrackStatus::kTracking);
+  ASSERT_EQ(Track(0.1).status, TrackingState::kTracking);
   x_ = 0.15;  // odometry knows nothing of the way from here to 1.4 m
   for (int frame = 0; frame < 4; ++frame) Track(x_, false);
   x_ = 1.4;
   TrackResult result;
-  for (int frame = 0; frame < 40 && result.status != TrackStatus::kRelocalized; ++frame) result = Track(1.4);
-  ASSERT_EQ(result.status, TrackStatus::kRelocalized);
+  for (int frame = 0; frame < 40 && result.status != TrackingState::kRelocalized; ++frame) result = Track(1.4);
+  ASSERT_EQ(result.status, TrackingState::kRelocalized);
   EXPECT_TRUE(result.jumped);
   ExpectPose(result.T_map_base, test::SyntheticPose(1.4), 0.02, 0.005);
 }
 
 TEST_F(TrackerTest, IsNotCarriedAwayByAFewLandmarksThatLookAlike) {
-  ASSERT_EQ(Track(0.1).status, TrackStatus::kTracking);
+  ASSERT_EQ(Track(0.1).status, TrackingState::kTracking);
   x_ = 0.15;
   for (int frame = 0; frame < 4; ++frame) Track(x_, false);
   x_ = 1.4;
@@ -390,7 +402,7 @@ TEST_F(TrackerTest, IsNotCarriedAwayByAFewLandmarksThatLookAlike) {
       some.descriptors.push_back(input.features->descriptors[i]);
     }
     input.features = std::make_shared<const FrameFeatures>(some);
-    ASSERT_EQ(tracker_.Track(input, map_).status, TrackStatus::kOdometry) << frame;
+    ASSERT_EQ(tracker_.Track(input, map_).status, TrackingState::kOdometry) << frame;
   }
 }
 

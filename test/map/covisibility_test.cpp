@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "random_map.h"
+#include "support/random_map.h"
 
 namespace planar_vslam::test {
 namespace {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "random_map.h"
+#include "support/random_map.h"
 
 namespace planar_vslam::test {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <map>
 
-#include "random_map.h"
+#include "support/random_map.h"
 
 namespace planar_vslam::test {
 namespace {

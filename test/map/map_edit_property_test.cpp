@@ -1,7 +1,7 @@
 // What holds after every edit, over random sequences of edits.
 #include <gtest/gtest.h>
 
-#include "random_map.h"
+#include "support/random_map.h"
 
 namespace planar_vslam::test {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "random_map.h"
+#include "support/random_map.h"
 #include "support/support.h"
 
 namespace planar_vslam::test {

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "map_file_bytes.h"
-#include "random_map.h"
+#include "support/random_map.h"
 #include "support/support.h"
 
 namespace planar_vslam::test {

@@ -5,7 +5,7 @@
 #include <functional>
 #include <limits>
 
-#include "random_map.h"
+#include "support/random_map.h"
 
 namespace planar_vslam::test {
 namespace {

@@ -443,10 +443,10 @@ TEST(MapBuilderOptions, DefaultsAreSoundAndEachBadFieldIsNamed) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   expect_problem("resolution", [](auto& o) { o.resolution = 0.0; });
   expect_problem("resolution", [&](auto& o) { o.resolution = nan; });
-  expect_problem("visual.p_hit", [](auto& o) { o.visual.p_hit = 0.4; });
-  expect_problem("visual.p_miss", [](auto& o) { o.visual.p_miss = 0.6; });
-  expect_problem("laser.p_hit", [](auto& o) { o.laser.p_hit = 1.0; });
-  expect_problem("laser.p_miss", [](auto& o) { o.laser.p_miss = 0.0; });
+  expect_problem("visual_p_hit", [](auto& o) { o.visual.p_hit = 0.4; });
+  expect_problem("visual_p_miss", [](auto& o) { o.visual.p_miss = 0.6; });
+  expect_problem("laser_p_hit", [](auto& o) { o.laser.p_hit = 1.0; });
+  expect_problem("laser_p_miss", [](auto& o) { o.laser.p_miss = 0.0; });
   expect_problem("clamp_min", [](auto& o) { o.clamp_min = 0.4; });
   expect_problem("clamp_max", [](auto& o) { o.clamp_max = 0.6; });
   expect_problem("visual_range", [](auto& o) { o.visual_range = -1.0; });

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "planar_vslam/map/map_edit.h"
 #include "support/synthetic_map.h"
 
@@ -153,6 +155,16 @@ TEST(AdjustBundle, NamesWrongObservationsAsOutliers) {
   EXPECT_EQ(result.outliers[0].second, KeyframeId{2});
 }
 
+TEST(AdjustBundle, KeepsWhatThePixelSigmaAllows) {
+  test::SyntheticWorldOptions options;
+  options.pixel_noise = 2.0;
+  const test::SyntheticWorld world = test::MakeSyntheticWorld(options);
+  MeasurementModel context = world.Context();
+  const std::size_t outliers = AdjustBundle(world.map, WholeMapRequest(world.map), context).outliers.size();
+  context.pixel_sigma = 2.0;
+  EXPECT_LT(AdjustBundle(world.map, WholeMapRequest(world.map), context).outliers.size(), outliers / 4);
+}
+
 TEST(AdjustBundle, GivesTheSameBitsEveryTime) {
   test::SyntheticWorldOptions options;
   options.pixel_noise = 0.7;
@@ -170,16 +182,132 @@ TEST(AdjustBundle, GivesTheSameBitsEveryTime) {
 
 TEST(AdjustBundle, SaysWhenThereIsNothingToAdjust) {
   const test::SyntheticWorld world = test::MakeSyntheticWorld({});
-  const BundleResult result = AdjustBundle(world.map, BundleRequest{}, world.Context());
-  EXPECT_FALSE(result.converged);
-  EXPECT_EQ(result.message, "nothing to adjust");
+  BundleRequest no_landmarks = WholeMapRequest(world.map), no_keyframes = no_landmarks;
+  no_landmarks.landmarks.clear();
+  no_keyframes.fixed_keyframes.insert(no_keyframes.fixed_keyframes.end(), no_keyframes.free_keyframes.begin(),
+                                      no_keyframes.free_keyframes.end());
+  no_keyframes.free_keyframes.clear();
+  for (const BundleRequest& request : {BundleRequest{}, no_landmarks, no_keyframes}) {
+    const BundleResult result = AdjustBundle(world.map, request, world.Context());
+    EXPECT_FALSE(result.converged);
+    EXPECT_FALSE(result.failed()) << "that is no failure";
+    EXPECT_EQ(result.observations, 0u);
+    EXPECT_FALSE(result.message.empty());
+    EXPECT_TRUE(ToEdit(result).empty());
+  }
+}
+
+TEST(AdjustBundle, AFailureHasNoValues) {
+  const test::SyntheticWorld world = test::MakeSyntheticWorld({});
+  Map map = world.map;
+  map.landmarks.begin()->second.p_map.x() = std::numeric_limits<double>::quiet_NaN();
+  const BundleResult result = AdjustBundle(map, WholeMapRequest(map), world.Context());
+  EXPECT_TRUE(result.failed());
+  EXPECT_FALSE(result.message.empty());
+  EXPECT_TRUE(ToEdit(result).empty());
+}
+
+// The keyframe's features as a base tilted by `tilt` would see them.
+void Tilt(const test::SyntheticWorld& world, const Rigid3& tilt, Keyframe* keyframe) {
+  const Rigid3 T_camera_map = (keyframe->T_map_base * tilt * keyframe->T_base_camera).Inverse();
+  auto features = std::make_shared<FrameFeatures>(*keyframe->features);
+  for (std::size_t i = 0; i < keyframe->landmarks.size(); ++i) {
+    if (!keyframe->landmarks[i].valid()) continue;
+    const Eigen::Vector3d p = T_camera_map * world.true_points[keyframe->landmarks[i].value];
+    features->keypoints[i].pixel = world.camera.ProjectUndistorted(p).cast<float>();
+  }
+  keyframe->features = features;
+}
+
+TEST(AdjustBundle, LaserLinksHoldTheScaleWithoutWheels) {
+  const test::SyntheticWorld world = test::MakeSyntheticWorld({});
+  Map map = Apply(world.map, {TransformMap{1.1, Rigid3()}});
+  MeasurementModel context = world.Context();
+  context.planar.mode = PlanarMode::kOff;
+  context.options.use_odometry = false;
+  context.options.max_iterations = 50;
+  for (auto& [id, keyframe] : map.keyframes) {
+    if (keyframe.odometry_link.has_value()) keyframe.laser_links = {*keyframe.odometry_link};
+  }
+  map = Apply(std::move(map), ToEdit(AdjustBundle(map, WholeMapRequest(map), context)));
+  const auto span = [](const Map& m) {
+    const Eigen::Vector3d a = m.keyframes.begin()->second.T_map_camera().translation;
+    return (std::prev(m.keyframes.end())->second.T_map_camera().translation - a).norm();
+  };
+  EXPECT_NEAR(span(map) / span(world.map), 1.0, 0.01);
+}
+
+TEST(AdjustBundle, LetsGoOfAStepInWhichTheWheelsSlipped) {
+  test::SyntheticWorldOptions options;
+  options.pixel_noise = 0.5;
+  const test::SyntheticWorld world = test::MakeSyntheticWorld(options);
+  Map map = world.map;
+  map.keyframes.At(KeyframeId{4}).odometry_link->motion.T_i_j.translation += Eigen::Vector2d(0.3, 0.1);
+  MeasurementModel context = world.Context();
+  context.options.max_iterations = 50;
+  const auto worst = [&](double loss) {
+    context.options.odometry_loss = loss;
+    return WorstPosition(Apply(map, ToEdit(AdjustBundle(map, WholeMapRequest(map), context))), world.true_poses);
+  };
+  const double robust = worst(BundleOptions{}.odometry_loss), trusting = worst(1e6);
+  EXPECT_LT(robust, 0.01);
+  EXPECT_GT(trusting, 2.0 * robust);
+}
+
+TEST(AdjustBundle, LetsGoOfTheLevelWhereTheRobotTilts) {
+  test::SyntheticWorldOptions options;
+  options.pixel_noise = 0.5;
+  const test::SyntheticWorld world = test::MakeSyntheticWorld(options);
+  const Rigid3 tilt = FromTilt(0.0, DegreesToRadians(10.0));
+  Map map = world.map;
+  for (auto& [id, keyframe] : map.keyframes) {
+    keyframe.on_floor = false;
+    if (id.value >= 4) Tilt(world, tilt, &keyframe);
+  }
+  MeasurementModel context = world.Context();
+  context.options.max_iterations = 50;
+  context.options.drop_outliers = false;  // from where the map starts all that the tilted ones see would be one
+  const auto off = [&](double loss) {
+    context.options.tilt_loss = loss;
+    const Map adjusted = Apply(map, ToEdit(AdjustBundle(map, WholeMapRequest(map), context)));
+    const Rigid3 truth = world.true_poses[4] * tilt;
+    return LogSe3(truth.Inverse() * adjusted.keyframes.At(KeyframeId{4}).T_map_base).tail<3>().norm();
+  };
+  const double robust = off(BundleOptions{}.tilt_loss), trusting = off(1e6);
+  EXPECT_LT(robust, DegreesToRadians(0.3));
+  EXPECT_GT(trusting, 2.0 * robust);
+}
+
+TEST(AdjustBundle, FloorPointsLevelTheFloor) {
+  test::SyntheticWorldOptions options;
+  options.floor_points = 300;
+  options.pixel_noise = 2.0;
+  const test::SyntheticWorld world = test::MakeSyntheticWorld(options);
+  const Map map = test::Perturbed(world, 0.0, 0.0, 0.005, 3);
+  MeasurementModel context = world.Context();
+  context.options.pixel_sigma = 2.0;
+  context.planar.sigma_floor_point = 0.002;  // a floor that is known better than the images tell it
+  const auto roughness = [&](bool floor_points) {
+    context.planar.floor_points = floor_points;
+    const Map adjusted = Apply(map, ToEdit(AdjustBundle(map, WholeMapRequest(map), context)));
+    double sum = 0.0;
+    int count = 0;
+    for (const auto& [id, landmark] : adjusted.landmarks) {
+      if (world.true_points[id.value].z() != 0.0) continue;
+      sum += std::abs(landmark.p_map.z());
+      ++count;
+    }
+    EXPECT_GT(count, 100);
+    return sum / count;
+  };
+  EXPECT_LT(roughness(true), 0.8 * roughness(false));
 }
 
 TEST(BundleOptions, NameWhatIsWrong) {
   BundleOptions options;
   EXPECT_TRUE(options.Problems().empty());
   options.max_iterations = 0;
-  options.pixel_sigma = -1.0;
+  options.tilt_loss = -1.0;
   EXPECT_EQ(options.Problems().size(), 2U);
 }
 

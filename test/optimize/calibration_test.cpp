@@ -97,7 +97,7 @@ TEST_F(CalibrationTest, FindsTheWheelsScale) {
   ASSERT_TRUE(result.ok()) << result.error().message;
   EXPECT_TRUE(Value(*result, "odometry_scale_x").observed);
   EXPECT_NEAR(result->correction.odometry.scale.x(), 1.0 / 1.02, 0.003);
-  const CalibratedValue& yaw = Value(*result, "odometry_scale_yaw");
+  const CalibratedValue yaw = Value(*result, "odometry_scale_yaw");
   EXPECT_LT(std::abs(yaw.value - 1.0 / 1.03), 3.0 * yaw.sigma);
 }
 
@@ -130,7 +130,7 @@ TEST_F(CalibrationTest, ItsSigmasCoverWhatASwayingCameraDoes) {
       const Expected<CalibrationResult> result = Calibrate(Readings(Eigen::Vector3d::Ones()), options);
       ASSERT_TRUE(result.ok()) << result.error().message;
       for (const char* name : {"camera_roll", "camera_pitch", "camera_yaw"}) {
-        const CalibratedValue& angle = Value(*result, name);
+        const CalibratedValue angle = Value(*result, name);
         *sum += std::pow(angle.value / angle.sigma, 2);
       }
     };

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 namespace planar_vslam {
 namespace {
 
@@ -43,16 +45,23 @@ LoopTie Loop(const Map& map) {
           1e-4 * kTight};
 }
 
+std::vector<std::pair<KeyframeId, Rigid3>> Solve(const Map& map, const std::vector<MapTie>& ties,
+                                                 const std::vector<LoopTie>& loops) {
+  Expected<std::vector<std::pair<KeyframeId, Rigid3>>> poses = SolvePoseGraph(map, ties, loops);
+  EXPECT_TRUE(poses.ok());
+  return std::move(poses).value();
+}
+
 TEST(PoseGraph, WithoutLoopsNothingMoves) {
   const Map map = Straight();
-  for (const auto& [id, T_map_base] : SolvePoseGraph(map, ChainTies(), {})) {
+  for (const auto& [id, T_map_base] : Solve(map, ChainTies(), {})) {
     EXPECT_LT(LogSe3(map.keyframes.At(id).T_map_base.Inverse() * T_map_base).norm(), 1e-9) << id.value;
   }
 }
 
 TEST(PoseGraph, ALoopMovesTheEndAllTheWayAndTheMiddlePartOfIt) {
   const Map map = Straight();
-  const auto poses = SolvePoseGraph(map, ChainTies(), {Loop(map)});
+  const auto poses = Solve(map, ChainTies(), {Loop(map)});
   ASSERT_EQ(poses.size(), kKeyframes);
   EXPECT_LT((poses.front().second.translation - map.keyframes.At(Id(0)).T_map_base.translation).norm(), 1e-9);
   EXPECT_NEAR(poses.back().second.translation.y(), 0.4, 0.005);
@@ -66,7 +75,7 @@ TEST(PoseGraph, ALoopMovesTheEndAllTheWayAndTheMiddlePartOfIt) {
 
 TEST(PoseGraph, KeepsHeightAndTilt) {
   const Map map = Straight();
-  for (const auto& [id, T_map_base] : SolvePoseGraph(map, ChainTies(), {Loop(map)})) {
+  for (const auto& [id, T_map_base] : Solve(map, ChainTies(), {Loop(map)})) {
     const Rigid3& before = map.keyframes.At(id).T_map_base;
     EXPECT_NEAR(T_map_base.translation.z(), before.translation.z(), 1e-12);
     const Eigen::Vector3d up = T_map_base.rotation * Eigen::Vector3d::UnitZ();
@@ -80,7 +89,7 @@ TEST(PoseGraph, ADoubtfulTieTakesAllOfTheErrorHoweverLarge) {
   ties[19] = {19, 20, kLoose, TieSource::kWheels, true};
   LoopTie loop = Loop(map);
   loop.T_from_to = Rigid2(3.0, -4.0, 2.9) * loop.T_from_to;
-  const auto poses = SolvePoseGraph(map, ties, {loop});
+  const auto poses = Solve(map, ties, {loop});
   ASSERT_EQ(poses.size(), kKeyframes);
   const auto moved = [&](std::size_t k) {
     return LogSe3(map.keyframes.At(Id(k)).T_map_base.Inverse() * poses[k].second).norm();
@@ -90,6 +99,15 @@ TEST(PoseGraph, ADoubtfulTieTakesAllOfTheErrorHoweverLarge) {
   const Rigid3 before = map.keyframes.At(Id(20)).T_map_base.Inverse() * map.keyframes.At(Id(40)).T_map_base;
   const Rigid3 after = poses[20].second.Inverse() * poses[40].second;
   EXPECT_LT((before.translation - after.translation).norm(), 0.03 * moved(20));
+}
+
+TEST(PoseGraph, SaysWhyThereIsNoSolution) {
+  const Map map = Straight();
+  LoopTie loop = Loop(map);
+  loop.T_from_to.translation.x() = std::numeric_limits<double>::quiet_NaN();
+  const auto poses = SolvePoseGraph(map, ChainTies(), {loop});
+  ASSERT_FALSE(poses.ok());
+  EXPECT_FALSE(poses.error().message.empty());
 }
 
 }  // namespace

@@ -26,7 +26,7 @@ class EndToEnd : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder_ = std::make_unique<test::TemporaryFolder>();
-    const Expected<World> world = LoadWorld(fs::path(PV_SOURCE_DIR) / "config/worlds/sample_lab.yaml");
+    const Expected<World> world = LoadWorld(test::SourceFolder() / "config/worlds/sample_lab.yaml");
     ASSERT_TRUE(world.ok()) << world.error().message;
     SimulationOptions options;
     options.until = kDriveSeconds;
@@ -41,24 +41,23 @@ class EndToEnd : public ::testing::Test {
 
   struct Outcome {
     RunResult result;
-    SystemReport report;
+    EstimatorReport report;
     std::shared_ptr<const Map> map;
   };
   static Outcome Run(const PipelineOptions& options, const fs::path& out, Schedule schedule = Schedule::kInline,
-                     const SavedMap* saved = nullptr) {
-    Expected<std::unique_ptr<Recording>> recording = OpenRecording(Drive(), RecordingOptions{});
+                     const SavedMap* saved = nullptr, const fs::path& drive = Drive()) {
+    Expected<std::unique_ptr<Recording>> recording = OpenRecording(drive, RecordingOptions{});
     EXPECT_TRUE(recording.ok()) << recording.error().message;
     const RecordingInfo& info = (*recording)->info();
-    SlamSystem system(options, info.camera, info.has_base_transform, schedule);
+    Estimator estimator({options, info.camera, info.has_base_transform, info.has_odometry, schedule});
     if (saved != nullptr) {
-      EXPECT_TRUE(system.StartFrom(*saved).empty());
+      EXPECT_TRUE(estimator.LoadMap(*saved).ok());
     }
-    RunSettings settings;
-    settings.deterministic = true;
-    Expected<RunResult> result = RunSession(**recording, system, settings);
+    Expected<RunResult> result = RunSession(**recording, estimator, RunSettings{});
     EXPECT_TRUE(result.ok());
-    EXPECT_TRUE(WriteRunOutputs(out, system, *result, options, info.camera, true).ok());
-    return {std::move(*result), system.report(), system.map()};
+    EXPECT_EQ(result->final_adjustment, "");
+    EXPECT_TRUE(WriteRunOutputs(out, estimator, *result, true).ok());
+    return {std::move(*result), estimator.report(), estimator.map()};
   }
 
   static TrajectoryErrors Errors(const fs::path& trajectory) {
@@ -73,7 +72,7 @@ class EndToEnd : public ::testing::Test {
 };
 std::unique_ptr<test::TemporaryFolder> EndToEnd::folder_;
 
-long Count(const SystemReport& report, FrameState state) {
+long Count(const EstimatorReport& report, TrackingState state) {
   const auto it = report.frames.find(state);
   return it == report.frames.end() ? 0 : it->second;
 }
@@ -101,8 +100,9 @@ TEST_F(EndToEnd, MetricTrajectoryAndMapFromOdometrySeededStart) {
   EXPECT_TRUE(run.map->metric);
   const std::vector<std::string> problems = Validate(*run.map);
   EXPECT_TRUE(problems.empty()) << problems.front();
-  const long tracked = Count(run.report, FrameState::kTracking) + Count(run.report, FrameState::kRelocalized);
-  const long after_start = static_cast<long>(run.result.frames.size()) - Count(run.report, FrameState::kInitializing);
+  const long tracked = Count(run.report, TrackingState::kTracking) + Count(run.report, TrackingState::kRelocalized);
+  const long after_start =
+      static_cast<long>(run.result.frames.size()) - Count(run.report, TrackingState::kInitializing);
   EXPECT_GE(tracked, after_start * 95 / 100);
   const TrajectoryErrors errors = Errors(out / "trajectory.txt");
   EXPECT_LE(errors.ate.rmse, 0.05);
@@ -143,7 +143,7 @@ TEST_F(EndToEnd, TwoProcessesGiveTheSameBytes) {
   const fs::path first = folder_->path() / "process_1", second = folder_->path() / "process_2";
   for (const fs::path& out : {first, second}) {
     const std::string command =
-        std::string(PV_EXECUTABLE) + " run " + Drive().string() + " --out " + out.string() + " --deterministic --quiet";
+        test::Executable() + " run " + Drive().string() + " --out " + out.string() + " --deterministic --quiet";
     ASSERT_EQ(std::system(command.c_str()), 0);  // NOLINT(cert-env33-c): our own executable
   }
   ExpectSameFiles(first, second);
@@ -164,7 +164,7 @@ TEST_F(EndToEnd, ASavedMapIsLocalizedInAndStaysAsItIs) {
   PipelineOptions options;
   options.mode = RunMode::kLocalization;
   const Outcome run = Run(options, out, Schedule::kInline, &*saved);
-  EXPECT_GE(Count(run.report, FrameState::kTracking), static_cast<long>(run.result.frames.size()) * 95 / 100);
+  EXPECT_GE(Count(run.report, TrackingState::kTracking), static_cast<long>(run.result.frames.size()) * 95 / 100);
   const TrajectoryErrors errors = Errors(out / "trajectory.txt");
   EXPECT_LE(errors.ate.rmse, 0.05);
   EXPECT_GE(errors.coverage, 0.98) << "odometry places the frames before the first recognised one";
@@ -185,25 +185,12 @@ TEST_F(EndToEnd, ASavedMapGrows) {
   EXPECT_LE(Errors(out / "trajectory.txt").ate.rmse, 0.05);
 }
 
-TEST_F(EndToEnd, ASavedMapThatDoesNotFitIsRefusedWithTheReason) {
-  SavedMap saved;
-  saved.map.octave_scales = PipelineOptions{}.orb.ScaleFactors();
-  const CameraModel camera{640, 480, 500.0, 500.0, 320.0, 240.0, 0.0, 0.0, 0.0, 0.0, 0.0};
-  saved.camera = camera;
-  saved.camera.fx += 20.0;
-  SlamSystem system(PipelineOptions{}, camera, true, Schedule::kInline);
-  EXPECT_EQ(system.StartFrom(saved).size(), 2U) << "no keyframes, another camera";
-  EXPECT_EQ(system.map(), nullptr);
-}
-
 TEST_F(EndToEnd, WithoutOdometryNoMetricClaimIsMade) {
-  fs::remove(Drive() / "odometry_hidden.csv");
-  fs::rename(Drive() / "odometry.csv", Drive() / "odometry_hidden.csv");
-  PipelineOptions options;
-  options.initializer.mode = InitializationMode::kVisual;
-  const fs::path out = folder_->path() / "monocular";
-  const Outcome run = Run(options, out);
-  fs::rename(Drive() / "odometry_hidden.csv", Drive() / "odometry.csv");
+  const fs::path drive = folder_->path() / "without_odometry", out = folder_->path() / "monocular";
+  fs::create_directory(drive);
+  for (const char* name : {"calibration.yaml", "images.csv"}) fs::copy_file(Drive() / name, drive / name);
+  fs::create_directory_symlink(Drive() / "images", drive / "images");
+  const Outcome run = Run(PipelineOptions{}, out, Schedule::kInline, nullptr, drive);
   ASSERT_NE(run.map, nullptr);
   EXPECT_FALSE(run.map->metric);
   EXPECT_FALSE(fs::exists(out / "map.yaml"));
@@ -215,12 +202,12 @@ TrajectoryErrors RecordedErrors(const fs::path& folder, double until) {
   Expected<std::unique_ptr<Recording>> recording = OpenRecording(folder, RecordingOptions{});
   EXPECT_TRUE(recording.ok());
   const PipelineOptions options;
-  SlamSystem system(options, (*recording)->info().camera, true, Schedule::kInline);
+  Estimator estimator({options, (*recording)->info().camera});
   RunSettings settings;
   settings.until = until;
-  EXPECT_TRUE(RunSession(**recording, system, settings).ok());
+  EXPECT_TRUE(RunSession(**recording, estimator, settings).ok());
   Trajectory estimate;
-  for (const auto& [stamp, T] : system.trajectory().Poses(*system.map())) estimate.push_back({stamp, T});
+  for (const auto& [stamp, T] : estimator.trajectory().Poses(*estimator.map())) estimate.push_back({stamp, T});
   const Expected<TrajectoryErrors> errors =
       EvaluateTrajectory(estimate, *ReadTrajectory(folder / "groundtruth_base.txt"), EvaluationAlignment::kSe2);
   EXPECT_TRUE(errors.ok());

@@ -5,6 +5,8 @@
 #include <cmath>
 
 #include "planar_vslam/map/map_edit.h"
+#include "planar_vslam/optimize/map_ties.h"
+#include "planar_vslam/pipeline/options.h"
 #include "support/synthetic_map.h"
 
 namespace planar_vslam {
@@ -20,10 +22,10 @@ TEST(AssessScale, WheelsSeeAMapThatIsTooLarge) {
   const test::SyntheticWorld world = World(20);
   for (const double size : {1.0, 1.05, 0.97}) {
     const Map map = Apply(world.map, {TransformMap{size, Rigid3()}});
-    const MapScale scale = AssessScale(map, ScaleOptions{});
+    const MapScale scale = AssessScale(map, ScaleOptions{}, SystematicErrors{});
     ASSERT_TRUE(scale.wheels.has_value());
     EXPECT_NEAR(scale.wheels->log_scale, -std::log(size), 1e-3) << size;
-    EXPECT_GE(scale.wheels->sigma, ScaleOptions{}.systematic.wheels);
+    EXPECT_GE(scale.wheels->sigma, SystematicErrors{}.wheels);
     EXPECT_FALSE(scale.laser.has_value());
     ASSERT_TRUE(scale.fused.has_value());
   }
@@ -32,7 +34,7 @@ TEST(AssessScale, WheelsSeeAMapThatIsTooLarge) {
 TEST(AssessScale, AnUnscaledMapBecomesMetricByIt) {
   const test::SyntheticWorld world = World(20);
   const Map unscaled = Apply(world.map, {TransformMap{0.4, Rigid3()}, SetMetric{false}});
-  const MapScale scale = AssessScale(unscaled, ScaleOptions{});
+  const MapScale scale = AssessScale(unscaled, ScaleOptions{}, SystematicErrors{});
   ASSERT_TRUE(scale.track.has_value());
   EXPECT_NEAR(scale.track->scale, 2.5, 0.01);
   const Map metric = ScaledToMetric(unscaled, scale.track->scale);
@@ -54,7 +56,7 @@ TEST(AssessScale, LaserAndWheelsThatDisagreeAreNamed) {
   longer.T_i_j.translation *= 1.1;
   longer.covariance = 1e-8 * Eigen::Matrix3d::Identity();
   map = Apply(std::move(map), {AddLaserLinks{second->first, {MotionLink{world.map.keyframes.begin()->first, longer}}}});
-  const MapScale scale = AssessScale(map, ScaleOptions{});
+  const MapScale scale = AssessScale(map, ScaleOptions{}, SystematicErrors{});
   ASSERT_TRUE(scale.laser.has_value());
   EXPECT_NEAR(scale.laser->log_scale, std::log(1.1), 0.02);
   EXPECT_FALSE(scale.consistent);
@@ -63,7 +65,7 @@ TEST(AssessScale, LaserAndWheelsThatDisagreeAreNamed) {
 TEST(AssessScale, WithoutOdometryNothingIsSaid) {
   test::SyntheticWorld world = World(8);
   for (auto& [id, keyframe] : world.map.keyframes) keyframe.odometry_link.reset();
-  EXPECT_FALSE(AssessScale(world.map, ScaleOptions{}).fused.has_value());
+  EXPECT_FALSE(AssessScale(world.map, ScaleOptions{}, SystematicErrors{}).fused.has_value());
 }
 
 MapScale Opinion(double log_scale, double sigma, double distance) {
@@ -97,12 +99,29 @@ TEST(ScaleGate, WaitsUntilTheScaleStays) {
   EXPECT_NE(gate.Missing(disagreeing, options).find("disagree"), std::string::npos);
 }
 
+// One key for what wheels read wrong throughout: scale and pose covariances know it from there.
+TEST(SystematicErrors, WidenScaleAndPoseCovarianceTogether) {
+  const test::SyntheticWorld world = World(20);
+  const std::vector<MapTie> ties = TiesOf(world.map, world.Context());
+  const KeyframeId last = std::prev(world.map.keyframes.end())->first;
+  const auto scale_sigma = [&world](const PipelineOptions& options) {
+    return AssessScale(world.map, options.scale, options.systematic).wheels->sigma;
+  };
+  const auto position_variance = [&](const PipelineOptions& options) {
+    return MapUncertainty(world.map, ties, options.systematic).CovarianceOf(last).topLeftCorner<2, 2>().trace();
+  };
+  const PipelineOptions usual;
+  const PipelineOptions worse = SetOption(usual, "systematic.wheels=0.2").value();
+  EXPECT_GT(scale_sigma(worse), 2.0 * scale_sigma(usual));
+  EXPECT_GT(position_variance(worse), 1.05 * position_variance(usual));
+}
+
 TEST(ScaleOptions, NameWhatIsWrong) {
   ScaleOptions options;
   EXPECT_TRUE(options.Problems().empty());
   options.keyframes = 2;
   options.max_sigma = 0.0;
-  options.systematic.laser = -1.0;
+  options.height_sigma = -1.0;
   EXPECT_EQ(options.Problems().size(), 3U);
 }
 

@@ -128,6 +128,20 @@ TEST(NavigationMap, PointsBlockWhereTheyProjectToWhatWasSeen) {
   EXPECT_EQ(OccupiedByPoints(test::MakeSyntheticWorld(options), acceptance), 0);
 }
 
+TEST(NavigationMap, DepthIsAsUncertainAsThePixelSigmaSays) {
+  test::SyntheticWorldOptions options;
+  options.keyframes = 40;
+  options.points = 1500;
+  const test::SyntheticWorld world = test::MakeSyntheticWorld(options);
+  const auto occupied = [&world](double pixel_sigma) {
+    LandmarkAcceptance acceptance = LandmarkAcceptance::For(pixel_sigma);
+    acceptance.min_upright = 0;
+    acceptance.min_neighbors = 0;
+    return OccupiedByPoints(world, acceptance);
+  };
+  EXPECT_LT(occupied(20.0), occupied(1.0) / 2);
+}
+
 TEST(NavigationMap, MapWithoutScaleIsEmpty) {
   const test::SyntheticWorld world = WorldWithSweeps();
   NavigationMap navigation(MapBuilderOptions{}, LandmarkAcceptance{}, NavigationTolerance{});

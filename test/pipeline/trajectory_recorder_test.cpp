@@ -111,11 +111,28 @@ TEST_F(TrajectoryRecorderTest, FramesOnOdometryHangOnTheKeyframeThatEndsThem) {
   add(1.1, 0.2, true);
   add(1.2, 0.3, true);
   recorder.Reanchor(Timestamp::FromSeconds(1.2), last);
-  EXPECT_EQ(recorder.Anchor(map_, 0).first, before);
-  EXPECT_EQ(recorder.Anchor(map_, 1).first, last);
-  EXPECT_EQ(recorder.Anchor(map_, 2).first, last);
-  EXPECT_NEAR(recorder.Anchor(map_, 1).second.translation.x(), -0.1, 1e-12);
+  EXPECT_EQ(recorder.Anchor(map_, 0)->first, before);
+  EXPECT_EQ(recorder.Anchor(map_, 1)->first, last);
+  EXPECT_EQ(recorder.Anchor(map_, 2)->first, last);
+  EXPECT_NEAR(recorder.Anchor(map_, 1)->second.translation.x(), -0.1, 1e-12);
   EXPECT_FALSE(recorder.IsOnOdometry(1));
+}
+
+TEST_F(TrajectoryRecorderTest, ForgetsTheOldestFramesBeyondItsCapacity) {
+  constexpr std::size_t kCapacity = 10;
+  TrajectoryRecorder recorder(kCapacity);
+  for (std::size_t i = 0; i < truth_.size(); ++i) {
+    const KeyframeId reference{static_cast<std::uint32_t>((0.05 * static_cast<double>(i) + 0.01) / 0.25)};
+    recorder.Add({Timestamp::FromSeconds(0.1 * static_cast<double>(i)), reference,
+                  world_.true_poses[reference.value].Inverse() * truth_[i], world_.T_base_camera});
+    EXPECT_LE(recorder.Poses(map_).size(), 2 * kCapacity);
+  }
+  EXPECT_EQ(recorder.size(), truth_.size()) << "numbers go on counting";
+  EXPECT_FALSE(recorder.Anchor(map_, 0).has_value());
+  ASSERT_TRUE(recorder.Anchor(map_, truth_.size() - 1).has_value());
+  const auto poses = recorder.Poses(map_);
+  ASSERT_GE(poses.size(), kCapacity);
+  EXPECT_LT(LogSe3(poses.back().second.Inverse() * truth_.back()).norm(), 1e-9);
 }
 
 }  // namespace

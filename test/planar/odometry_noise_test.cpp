@@ -21,18 +21,18 @@ constexpr Field kFields[] = {
     {"along_per_sqrt_meter", &OdometryNoise::along_per_sqrt_meter, true},
     {"across_per_sqrt_meter", &OdometryNoise::across_per_sqrt_meter, true},
     {"across_per_sqrt_radian", &OdometryNoise::across_per_sqrt_radian, true},
-    {"heading_per_sqrt_meter", &OdometryNoise::heading_per_sqrt_meter, true},
+    {"heading_per_sqrt_meter_deg", &OdometryNoise::heading_per_sqrt_meter, true},
     {"heading_per_sqrt_radian", &OdometryNoise::heading_per_sqrt_radian, true},
     {"amcl_alpha1", &OdometryNoise::amcl_alpha1, true},
     {"amcl_alpha2", &OdometryNoise::amcl_alpha2, true},
     {"amcl_alpha3", &OdometryNoise::amcl_alpha3, true},
     {"amcl_alpha4", &OdometryNoise::amcl_alpha4, true},
     {"position_floor", &OdometryNoise::position_floor, false},
-    {"heading_floor", &OdometryNoise::heading_floor, false},
+    {"heading_floor_deg", &OdometryNoise::heading_floor, false},
     {"height_per_sqrt_meter", &OdometryNoise::height_per_sqrt_meter, true},
     {"height_floor", &OdometryNoise::height_floor, false},
-    {"tilt_per_sqrt_meter", &OdometryNoise::tilt_per_sqrt_meter, true},
-    {"tilt_floor", &OdometryNoise::tilt_floor, false},
+    {"tilt_per_sqrt_meter_deg", &OdometryNoise::tilt_per_sqrt_meter, true},
+    {"tilt_floor_deg", &OdometryNoise::tilt_floor, false},
 };
 
 TEST(OdometryNoise, DefaultsAreGood) { EXPECT_TRUE(OdometryNoise().Problems().empty()); }
@@ -49,7 +49,7 @@ TEST(OdometryNoise, NamesEachBadField) {
         continue;
       }
       ASSERT_EQ(problems.size(), 1u) << field.name << " = " << value;
-      EXPECT_EQ(problems[0].rfind(std::string(field.name) + ": expected ", 0), 0u) << problems[0];
+      EXPECT_EQ(problems[0].rfind(std::string(field.name) + " is ", 0), 0u) << problems[0];
     }
   }
 }

@@ -71,10 +71,10 @@ TEST(PlanarPriorOptions, NamesEachBadField) {
     PlanarPriorOptions options;
     options.sigma_height = bad;
     ASSERT_EQ(options.Problems().size(), 1u) << bad;
-    EXPECT_EQ(options.Problems()[0].rfind("sigma_height: ", 0), 0u);
+    EXPECT_EQ(options.Problems()[0].rfind("sigma_height is ", 0), 0u);
     options.sigma_tilt = bad;
     ASSERT_EQ(options.Problems().size(), 2u) << bad;
-    EXPECT_EQ(options.Problems()[1].rfind("sigma_tilt: ", 0), 0u);
+    EXPECT_EQ(options.Problems()[1].rfind("sigma_tilt_deg is ", 0), 0u);
   }
 }
 

@@ -125,43 +125,5 @@ TEST_F(ProjectionSearchTest, WantsDescriptorsToAgree) {
   EXPECT_FALSE(Search(T_map_camera_).landmarks[7].valid());
 }
 
-TEST_F(ProjectionSearchTest, NearbyKeyframesAreNearestFirstWithinDistanceAndAngle) {
-  const std::vector<KeyframeId> near = NearbyKeyframes(world_.map, T_map_camera_, 0.38, DegreesToRadians(30.0), 10);
-  ASSERT_EQ(near.size(), 3U);  // at 0.25, 0.5 and 0.75 m
-  EXPECT_EQ(near[0], KeyframeId{2});
-  EXPECT_EQ(near[1], KeyframeId{3});
-  EXPECT_EQ(near[2], KeyframeId{1});
-  EXPECT_EQ(NearbyKeyframes(world_.map, T_map_camera_, 0.38, DegreesToRadians(30.0), 2).size(), 2U);
-  const Rigid3 looking_right =
-      T_map_camera_ * Rigid3(ExpSo3(Eigen::Vector3d(0.0, M_PI / 2.0, 0.0)), Eigen::Vector3d::Zero());
-  EXPECT_TRUE(NearbyKeyframes(world_.map, looking_right, 0.38, DegreesToRadians(30.0), 10).empty());
-}
-
-TEST_F(ProjectionSearchTest, VotedKeyframesSeeMostOfTheLandmarks) {
-  const std::vector<LandmarkId>& of_last = world_.map.keyframes.At(KeyframeId{7}).landmarks;
-  const auto votes = [&](KeyframeId keyframe) {
-    const std::vector<LandmarkId> theirs = LandmarksOf(world_.map, {keyframe});
-    return std::count_if(of_last.begin(), of_last.end(),
-                         [&theirs](LandmarkId id) { return std::binary_search(theirs.begin(), theirs.end(), id); });
-  };
-  const std::vector<KeyframeId> voted = VotedKeyframes(world_.map, of_last, 5);
-  ASSERT_EQ(voted.size(), 5U);
-  for (std::size_t i = 1; i < voted.size(); ++i) EXPECT_GE(votes(voted[i - 1]), votes(voted[i]));
-  for (const auto& [id, keyframe] : world_.map.keyframes) EXPECT_LE(votes(id), votes(voted.front()));
-  EXPECT_TRUE(VotedKeyframes(world_.map, {LandmarkId{}}, 3).empty());
-}
-
-TEST_F(ProjectionSearchTest, LandmarksOfIsAnAscendingUnion) {
-  const std::vector<LandmarkId> ids = LandmarksOf(world_.map, {KeyframeId{2}, KeyframeId{1}});
-  EXPECT_TRUE(std::is_sorted(ids.begin(), ids.end()));
-  std::set<LandmarkId> expected;
-  for (const KeyframeId k : {KeyframeId{1}, KeyframeId{2}}) {
-    for (const LandmarkId id : world_.map.keyframes.At(k).landmarks) {
-      if (id.valid()) expected.insert(id);
-    }
-  }
-  EXPECT_TRUE(std::equal(ids.begin(), ids.end(), expected.begin(), expected.end()));
-}
-
 }  // namespace
 }  // namespace planar_vslam

@@ -13,7 +13,7 @@ TEST(RelocalizeAgainst, FindsThePoseWithoutAnyPrior) {
   const test::SyntheticWorld world = test::MakeSyntheticWorld({});
   const Rigid3 T_map_camera = test::SyntheticPose(1.1) * world.T_base_camera;
   const test::SyntheticView view = test::Observe(world, T_map_camera, 0.5, 3);
-  const auto hypothesis = RelocalizeAgainst(world.map, kKeyframe, *view.features, world.camera, {});
+  const auto hypothesis = RelocalizeAgainst(world.map, kKeyframe, *view.features, world.camera);
   ASSERT_TRUE(hypothesis.has_value());
   const Vector6d error = LogSe3(T_map_camera.Inverse() * hypothesis->T_map_camera);
   EXPECT_LT(error.head<3>().norm(), 0.05);
@@ -35,7 +35,7 @@ TEST(RelocalizeAgainst, SurvivesAFifthOfWrongMatches) {
   FrameFeatures features = *view.features;
   for (std::size_t i = 5; i < features.descriptors.size(); i += 5)
     std::swap(features.descriptors[i], features.descriptors[i - 5]);
-  const auto hypothesis = RelocalizeAgainst(world.map, kKeyframe, features, world.camera, {});
+  const auto hypothesis = RelocalizeAgainst(world.map, kKeyframe, features, world.camera);
   ASSERT_TRUE(hypothesis.has_value());
   EXPECT_LT(LogSe3(T_map_camera.Inverse() * hypothesis->T_map_camera).norm(), 0.06);
 }
@@ -46,7 +46,7 @@ TEST(RelocalizeAgainst, SaysNothingWhereMatchesAgreeOnNoPose) {
   FrameFeatures features = *view.features;
   std::mt19937 generator(4);
   std::shuffle(features.descriptors.begin(), features.descriptors.end(), generator);
-  EXPECT_FALSE(RelocalizeAgainst(world.map, kKeyframe, features, world.camera, {}).has_value());
+  EXPECT_FALSE(RelocalizeAgainst(world.map, kKeyframe, features, world.camera).has_value());
 }
 
 TEST(RelocalizeAgainst, SaysNothingWithFewMatches) {
@@ -56,21 +56,8 @@ TEST(RelocalizeAgainst, SaysNothingWithFewMatches) {
   features.keypoints.resize(8);
   features.descriptors.resize(8);
   features.grid = ImageGrid(features.keypoints);
-  EXPECT_FALSE(RelocalizeAgainst(world.map, kKeyframe, features, world.camera, {}).has_value());
-  EXPECT_FALSE(RelocalizeAgainst(world.map, kKeyframe, FrameFeatures{}, world.camera, {}).has_value());
-}
-
-TEST(KeyframesResembling, NamesTheKeyframesAroundTheView) {
-  const test::SyntheticWorld world = test::MakeSyntheticWorld({});
-  const test::SyntheticView view = test::Observe(world, test::SyntheticPose(1.1) * world.T_base_camera, 0.5, 3);
-  const std::vector<KeyframeId> found = KeyframesResembling(world.map, *view.features, 2);
-  ASSERT_EQ(found.size(), 2U);
-  for (const KeyframeId id : found) {
-    const Rigid3& T_map_base = world.map.keyframes.At(id).T_map_base;
-    EXPECT_LT((T_map_base.translation - test::SyntheticPose(1.1).translation).norm(), 0.6) << id.value;
-  }
-  EXPECT_TRUE(KeyframesResembling(Map{}, *view.features, 2).empty());
-  EXPECT_TRUE(KeyframesResembling(world.map, FrameFeatures{}, 2).empty());
+  EXPECT_FALSE(RelocalizeAgainst(world.map, kKeyframe, features, world.camera).has_value());
+  EXPECT_FALSE(RelocalizeAgainst(world.map, kKeyframe, FrameFeatures{}, world.camera).has_value());
 }
 
 }  // namespace

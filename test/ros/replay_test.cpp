@@ -141,11 +141,11 @@ class Replay : public ::testing::Test {
     std::string dataset = ros::NodeHandle("~").param<std::string>("dataset", "");
     if (dataset.empty()) {
       dataset = work + "/drive";
-      Execute(fmt::format("{} simulate sample_lab --out {} --until {}", PV_EXECUTABLE, dataset, kDriveSeconds));
+      Execute(fmt::format("{} simulate sample_lab --out {} --until {}", test::Executable(), dataset, kDriveSeconds));
     }
-    Execute(fmt::format("{}/test/ros/dataset_to_bag.py {} {}/drive.bag --until {}", PV_SOURCE_DIR, dataset, work,
-                        kDriveSeconds));
-    Execute(fmt::format("{} run {}/drive.bag --out {}/reference --quiet", PV_EXECUTABLE, work, work));
+    Execute(fmt::format("{}/test/ros/dataset_to_bag.py {} {}/drive.bag --until {}", test::SourceFolder().string(),
+                        dataset, work, kDriveSeconds));
+    Execute(fmt::format("{} run {}/drive.bag --out {}/reference --quiet", test::Executable(), work, work));
     reference_ = new Trajectory(ReadTrajectory(work + "/reference/trajectory_live.txt").value());
     listener_ = new Listener();
     tf_ = new tf2_ros::Buffer(ros::Duration(60.0));

@@ -8,6 +8,7 @@
 #include "planar_vslam/sim/simulation.h"
 #include "planar_vslam/sim/solids.h"
 #include "sim_fixtures.h"
+#include "support/support.h"
 
 namespace planar_vslam {
 namespace {
@@ -15,7 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 
 World Shipped(const std::string& name) {
-  return LoadWorld(fs::path(PV_SOURCE_DIR) / "config/worlds" / (name + ".yaml")).value();
+  return LoadWorld(test::SourceFolder() / "config/worlds" / (name + ".yaml")).value();
 }
 
 TEST(Variants, EveryShippedWorldStandsThemAllOnBothDrives) {

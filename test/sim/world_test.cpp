@@ -6,6 +6,7 @@
 
 #include "planar_vslam/sim/drive.h"
 #include "sim_fixtures.h"
+#include "support/support.h"
 
 namespace planar_vslam {
 namespace {
@@ -20,8 +21,7 @@ std::string ErrorOf(const std::string& yaml) {
 
 TEST(World, ShippedWorldsLoadAndCanBeDriven) {
   int count = 0;
-  for (const auto& entry :
-       std::filesystem::directory_iterator(std::filesystem::path(PV_SOURCE_DIR) / "config/worlds")) {
+  for (const auto& entry : std::filesystem::directory_iterator(test::SourceFolder() / "config/worlds")) {
     const Expected<World> world = LoadWorld(entry.path());
     ASSERT_TRUE(world.ok()) << world.error().message;
     const Expected<Drive> drive = PlanDrive(*world);

@@ -8,10 +8,13 @@ namespace planar_vslam::test {
 
 namespace fs = std::filesystem;
 
+fs::path SourceFolder() { return PV_SOURCE_DIR; }
+
+std::string Executable() { return PV_EXECUTABLE; }
+
 std::optional<fs::path> SequenceFolder(const std::string& name) {
   const char* from_environment = std::getenv("PLANAR_VSLAM_DATA");
-  const fs::path root =
-      from_environment != nullptr ? fs::path(from_environment) : fs::path(PV_SOURCE_DIR) / "../shared/data";
+  const fs::path root = from_environment != nullptr ? fs::path(from_environment) : SourceFolder() / "../shared/data";
   const fs::path folder = root / name;
   if (!fs::is_directory(folder)) return std::nullopt;
   return folder;

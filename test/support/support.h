@@ -10,6 +10,11 @@
 
 namespace planar_vslam::test {
 
+// Root of the source tree.
+std::filesystem::path SourceFolder();
+// The command line's executable planar_vslam.
+std::string Executable();
+
 // Folder of one recorded sequence ("dev_lab"), or nothing where the data are not on this machine.
 // Looked for in $PLANAR_VSLAM_DATA, then in ../shared/data beside the source tree.
 std::optional<std::filesystem::path> SequenceFolder(const std::string& name);

@@ -56,6 +56,10 @@ SyntheticWorld MakeSyntheticWorld(const SyntheticWorldOptions& options) {
                                    0.2 + 1.8 * unit(generator));
     descriptors.push_back(RandomDescriptor(generator));
   }
+  for (int i = 0; i < options.floor_points; ++i) {
+    world.true_points.emplace_back(-1.0 + (length + 2.0) * unit(generator), 2.5 + 3.0 * unit(generator), 0.0);
+    descriptors.push_back(RandomDescriptor(generator));
+  }
   const Rigid3& T_base_camera = world.T_base_camera;
   std::vector<View> views;
   for (int k = 0; k < options.keyframes; ++k) {

@@ -13,6 +13,7 @@ namespace planar_vslam::test {
 struct SyntheticWorldOptions {
   int keyframes = 8;
   int points = 300;
+  int floor_points = 0;      // beside these, on the floor
   double step = 0.25;        // m between keyframes, along a gentle curve, camera looking sideways
   double pixel_noise = 0.0;  // px
   std::uint32_t seed = 1;

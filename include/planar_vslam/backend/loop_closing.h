@@ -1,55 +1,23 @@
 #pragma once
-// The robot has come back to a place it mapped before, and the map does not show it there: the place is recognised, and
-// the map bent until both are one.
-//
-// Recognised: of the keyframes the robot has driven a long way since (distance_driven.h), and may stand near by the
-// map's uncertainty, those are tried whose landmarks look most like the newest keyframe's features. A place is taken
-// for the same where
-//   - PnP in RANSAC and a pose-only adjustment agree on many of its landmarks,
-//   - and on enough of those that should be in view: buildings repeat themselves,
-//   - the two keyframes before see them too, from where the map has them relative to the newest,
-//   - and the map may be off that much: within `sigma_factor` times its standard deviation (map_uncertainty.h). A robot
-//     that was kidnapped leaves a doubtful tie (map_ties.h), which makes the map that uncertain.
-// Bent: a pose graph spreads the error over the way since (pose_graph.h), landmarks move with the keyframes that made
-// them, what both sides see is merged, and bundle adjustment of the whole map follows. Lengths stay: the map is metric.
+// The map is bent until a place that was recognised (loop_detection.h) is one: a pose graph spreads the error over the
+// way since (pose_graph.h), landmarks move with the keyframes that made them, and what both sides see is merged. Bundle
+// adjustment of the whole map has to follow. Lengths stay: the map is metric.
 #include <optional>
-#include <string>
-#include <vector>
 
+#include "planar_vslam/backend/loop_detection.h"
+#include "planar_vslam/geometry/expected.h"
 #include "planar_vslam/map/map_edit.h"
-#include "planar_vslam/optimize/map_uncertainty.h"
 #include "planar_vslam/optimize/pose_graph.h"
-#include "planar_vslam/recognition/projection_search.h"
 
 namespace planar_vslam {
 
-struct LoopOptions {
-  bool enabled = true;
-  int min_inliers = 30;       // landmarks of it in the newest keyframe
-  double min_share = 0.3;     // ...of those that should be in view
-  double sigma_factor = 4.0;  // how many times its standard deviation the map may be off
-
-  std::vector<std::string> Problems() const;
+struct BentMap {
+  Map map;
+  MapEdit structure;  // what was done to it beside moving keyframes and landmarks, in order
 };
-
-// A keyframe as the landmarks of the old place put it.
-struct LoopView {
-  KeyframeId keyframe;
-  Rigid3 T_map_base;
-  FrameMatches matches;  // with old landmarks, inliers only
-};
-
-struct Loop {
-  KeyframeId old;               // the keyframe of the old place that sees most of the same
-  std::vector<LoopView> views;  // the newest keyframe first, then those before it
-};
-
-// `newest` is the last keyframe of `map`, which is metric.
-std::optional<Loop> FindLoop(const Map& map, KeyframeId newest, const MapUncertainty& uncertainty,
-                             const MeasurementModel& context, const LoopOptions& options);
 
 // The map with poses, landmarks and observations as the loop says; not yet adjusted. Steps of the wheels that the loop
-// contradicts are gone. Nothing where the pose graph has no solution.
-std::optional<Map> CloseLoop(Map map, const Loop& loop, const MeasurementModel& context);
+// contradicts are gone. `ties` are those of the map. Error: why the pose graph has no solution.
+Expected<BentMap> CloseLoop(Map map, const Loop& loop, const std::vector<MapTie>& ties);
 
 }  // namespace planar_vslam

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "planar_vslam/geometry/option_fields.h"
 #include "planar_vslam/geometry/two_view.h"
 #include "planar_vslam/map/map.h"
 #include "planar_vslam/optimize/bundle_adjustment.h"
@@ -19,19 +20,34 @@ namespace planar_vslam {
 enum class InitializationMode { kOdometry, kVisual };
 
 struct InitializerOptions {
-  InitializationMode mode = InitializationMode::kOdometry;
-  int min_features = 100;  // keypoints in both frames
+  InitializationMode mode = InitializationMode::kOdometry;  // the key `init`
+  int min_features = 100;
   int min_matches = 60;
-  int min_points = 50;                                 // triangulated
-  double min_parallax = DegreesToRadians(0.8);         // rad, of a point that counts
-  double min_median_parallax = DegreesToRadians(1.0);  // rad, over the matches
-  double min_baseline = 0.04;                          // m, between the cameras, by odometry where there is some
-  double max_baseline_time = 8.0;                      // s, then a new first frame is taken
-  double search_radius = 60.0;                         // px around the rotation-compensated position (odometry)
-  double visual_search_radius = 100.0;                 // px (visual)
-  double pixel_sigma = 1.0;                            // px
+  int min_points = 50;
+  double min_parallax = DegreesToRadians(0.8);
+  double min_median_parallax = DegreesToRadians(1.0);
+  double min_baseline = 0.04;
+  double max_baseline_time = 8.0;
+  double search_radius = 60.0;
+  double visual_search_radius = 100.0;
 
-  std::vector<std::string> Problems() const;
+  template <class Self, class Visitor>
+  static void Visit(Self& o, Visitor& v) {
+    constexpr int kFewest = 8;  // a fundamental matrix needs as many
+    const Bound acute = bound::Between(0.0, 90.0);
+    v("min_features", o.min_features, unit::kNone, bound::AtLeast(kFewest), "keypoints in both images");
+    v("min_matches", o.min_matches, unit::kNone, bound::AtLeast(kFewest), "between them");
+    v("min_points", o.min_points, unit::kNone, bound::AtLeast(kFewest), "triangulated");
+    v("min_parallax_deg", o.min_parallax, unit::kDegrees, acute, "of a point that counts");
+    v("min_median_parallax_deg", o.min_median_parallax, unit::kDegrees, acute, "over the matches");
+    v("min_baseline", o.min_baseline, unit::kMeters, bound::Positive(),
+      "between the cameras, by odometry where there is some");
+    v("max_baseline_time", o.max_baseline_time, unit::kSeconds, bound::Positive(), "then a new first image is taken");
+    v("search_radius", o.search_radius, unit::kPixels, bound::Positive(),
+      "around the rotation-compensated position (odometry)");
+    v("visual_search_radius", o.visual_search_radius, unit::kPixels, bound::Positive(), "the same without odometry");
+  }
+  std::vector<std::string> Problems() const { return ProblemsOf(*this); }
 };
 
 struct InitializerInput {

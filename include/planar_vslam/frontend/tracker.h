@@ -6,8 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "planar_vslam/frontend/place_search.h"
+#include "planar_vslam/frontend/tracking_state.h"
+#include "planar_vslam/geometry/option_fields.h"
 #include "planar_vslam/map/map.h"
-#include "planar_vslam/optimize/pose_only.h"
 #include "planar_vslam/planar/floor_monitor.h"
 #include "planar_vslam/planar/odometry_noise.h"
 #include "planar_vslam/planar/planar_prior.h"
@@ -17,31 +19,51 @@
 
 namespace planar_vslam {
 
-enum class TrackStatus {
-  kTracking,     // pose from vision (and odometry)
-  kRelocalized,  // the same, first frame after a time without
-  kOdometry,     // pose predicted by odometry
-  kLost,         // no pose
-};
-
 struct TrackerOptions {
-  double pixel_sigma = 1.0;                      // px at octave 0
-  double frame_search_radius = 15.0;             // px, landmarks of the last frame around the prediction
-  double map_search_radius = 4.0;                // px, local map around the first estimate
-  double rematch_radius_max = 40.0;              // px, cap of the search while on odometry
-  int min_inliers = 25;                          // for a pose from vision alone
-  int min_inliers_odometry = 12;                 // when odometry takes part and agrees
-  int min_inliers_rematch = 20;                  // to leave the odometry state
-  int local_keyframes = 20;                      // in the local map
-  double nearby_distance = 2.0;                  // m, keyframes this near join the local map of a metric map
-  double nearby_angle = DegreesToRadians(40.0);  // rad, ...looking this much the same way
-  double keyframe_ratio = 0.75;     // new keyframe when fewer than this share of the reference's landmarks remain
-  double keyframe_distance = 0.12;  // ...or the camera moved this share of the median depth
-  double keyframe_angle = DegreesToRadians(12.0);  // rad, ...or turned this much
-  int keyframe_min_gap = 2;                        // frames between keyframes
-  int keyframe_min_features = 60;                  // an image with fewer keypoints makes no keyframe on odometry alone
+  double frame_search_radius = 15.0;
+  double map_search_radius = 4.0;
+  double rematch_radius_max = 40.0;
+  int min_inliers = 25;
+  int min_inliers_odometry = 12;
+  int min_inliers_rematch = 20;
+  int local_keyframes = 20;
+  double nearby_distance = 2.0;
+  double nearby_angle = DegreesToRadians(40.0);
+  double keyframe_ratio = 0.75;
+  double keyframe_distance = 0.12;
+  double keyframe_angle = DegreesToRadians(12.0);
+  int keyframe_min_gap = 2;
+  int keyframe_min_features = 60;
 
-  std::vector<std::string> Problems() const;
+  template <class Self, class Visitor>
+  static void Visit(Self& o, Visitor& v) {
+    v("frame_search_radius", o.frame_search_radius, unit::kPixels, bound::Positive(),
+      "landmarks of the last image around the prediction");
+    v("map_search_radius", o.map_search_radius, unit::kPixels, bound::Positive(),
+      "local map around the first estimate");
+    v("rematch_radius_max", o.rematch_radius_max, unit::kPixels, bound::Positive(),
+      "cap of the search while on odometry");
+    v("min_inliers", o.min_inliers, unit::kNone, bound::AtLeast("min_inliers_odometry", o.min_inliers_odometry),
+      "matches a pose from vision alone needs");
+    v("min_inliers_odometry", o.min_inliers_odometry, unit::kNone, bound::AtLeast(1),
+      "matches when odometry takes part and agrees");
+    v("min_inliers_rematch", o.min_inliers_rematch, unit::kNone, bound::AtLeast(1),
+      "matches to leave the odometry state");
+    v("local_keyframes", o.local_keyframes, unit::kNone, bound::AtLeast(1), "in the local map");
+    v("nearby_distance", o.nearby_distance, unit::kMeters, bound::AtLeast(0.0),
+      "keyframes this near join the local map of a metric map...");
+    v("nearby_angle_deg", o.nearby_angle, unit::kDegrees, bound::FromTo(0.0, 180.0),
+      "...when they look this much the same way");
+    v("keyframe_ratio", o.keyframe_ratio, unit::kNone, bound::Between(0.0, 1.0),
+      "new keyframe when fewer than this share of the reference's landmarks remain...");
+    v("keyframe_distance", o.keyframe_distance, unit::kNone, bound::Positive(),
+      "...or the camera moved this share of the median depth...");
+    v("keyframe_angle_deg", o.keyframe_angle, unit::kDegrees, bound::Positive(), "...or turned this much");
+    v("keyframe_min_gap", o.keyframe_min_gap, unit::kNone, bound::AtLeast(1), "images between keyframes");
+    v("keyframe_min_features", o.keyframe_min_features, unit::kNone, bound::AtLeast(0),
+      "keypoints a keyframe on odometry alone needs");
+  }
+  std::vector<std::string> Problems() const { return ProblemsOf(*this); }
 };
 
 struct TrackerContext {
@@ -49,6 +71,7 @@ struct TrackerContext {
   OdometryNoise odometry_noise;
   PlanarPriorOptions planar;
   TrackerOptions options;
+  double pixel_sigma = 1.0;  // px, of a keypoint at full resolution
 };
 
 struct TrackInput {
@@ -60,7 +83,7 @@ struct TrackInput {
 };
 
 struct TrackResult {
-  TrackStatus status = TrackStatus::kLost;
+  TrackingState status = TrackingState::kLost;
   Rigid3 T_map_base;
   Matrix6d covariance = Matrix6d::Identity();  // of a right perturbation [translation, rotation]
   KeyframeId reference;                        // keyframe the pose is relative to
@@ -77,15 +100,39 @@ struct TrackResult {
   FrameMatches matches;                      // inliers only
 };
 
+// What a frame leaves behind for the next one.
+struct LastFrame {
+  KeyframeId reference;
+  Rigid3 T_map_ref;  // as last seen, for when the reference has been culled
+  Rigid3 T_ref_base;
+  Rigid3 T_base_camera;
+  Matrix6d covariance = Matrix6d::Zero();
+  std::vector<LandmarkId> landmarks;  // matched ones only
+  std::optional<Rigid3> velocity;     // T_last_base of the frame before: constant-motion model without odometry
+  bool tracked = false;               // the pose is from vision
+  int blind_frames = 0;               // since the last one whose pose was
+  bool given = false;                 // the pose goes back to one that was given, and no view has confirmed it
+
+  Rigid3 ReferencePose(const Map& map) const;
+  Rigid3 T_map_base(const Map& map) const { return ReferencePose(map) * T_ref_base; }
+};
+
+class FrameTrack;
+
 class Tracker {
  public:
-  explicit Tracker(const TrackerContext& context) : context_(context) {}
+  explicit Tracker(const TrackerContext& context) : context_(context), places_(context.options.min_inliers) {}
 
   // Starts from a frame whose pose and matches are known: the newest keyframe of a fresh map.
   void Start(const Map& map, KeyframeId keyframe);
   // Starts anywhere in a known map: frames are kLost until several in a row were recognised at one place of it.
   void StartUnlocalized();
-  bool localized() const { return localized_; }
+  // Starts from a pose in a known map that somebody gives, with its covariance (of a right perturbation [translation,
+  // rotation]; height and tilt may be zero). With odometry and scale frames are kOdometry from there until a view
+  // confirms or corrects it, kLost without; until then none becomes a keyframe. A pose that no view agrees with is
+  // given up after some blind frames: the robot is then looked for in the whole map. `map` has a keyframe.
+  void StartAt(const Map& map, const Rigid3& T_map_base, const Matrix6d& covariance);
+  bool localized() const { return last_.has_value(); }
   // The map was scaled as a whole: relative motions of the camera scale with it.
   void OnMapScaled(const Map& map, double scale);
   // Tells that `keyframe` was made, T_keyframe_last (bases) ago: it becomes the reference.
@@ -94,59 +141,17 @@ class Tracker {
   TrackResult Track(const TrackInput& input, const Map& map);
 
  private:
-  struct LastFrame {
-    KeyframeId reference;
-    Rigid3 T_map_ref;  // as last seen, for when the reference has been culled
-    Rigid3 T_ref_base;
-    Rigid3 T_base_camera;
-    std::vector<LandmarkId> landmarks;  // matched ones only
-    Matrix6d covariance = Matrix6d::Zero();
-  };
-  struct Prediction {
-    Rigid3 T_map_base;
-    Matrix6d covariance;
-    bool from_odometry = false;
-  };
-
-  // A pose that descriptors alone gave, where odometry says otherwise or nothing.
-  struct Hypothesis {
-    Rigid3 T_map_base;
-    int confirmations = 0;
-  };
-
-  Rigid3 ReferencePose(const Map& map) const;
-  Prediction PredictWithoutOdometry(const Map& map) const;
-  bool FindFirstPose(const TrackInput& input, const Map& map, const Prediction& prediction, Prediction* used,
-                     TrackResult* result);
-  bool ConfirmHypothesis(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result);
-  std::vector<KeyframeId> HypothesisCandidates(const TrackInput& input, const Map& map, const Prediction& prediction,
-                                               const std::optional<Hypothesis>& previous) const;
-  bool BestHypothesis(const TrackInput& input, const Map& map, const Prediction& prediction,
-                      const std::vector<KeyframeId>& candidates, TrackResult* best) const;
-  bool IsJump(const Prediction& prediction, const TrackResult& result) const;
-  bool IsLookAlike(const Prediction& prediction, const TrackResult& result) const;
-  void Adopt(const Map& map, const TrackResult& result);
-  Prediction Predict(const TrackInput& input, const Map& map) const;
-  bool TrackLastFrame(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result) const;
-  bool Rematch(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result) const;
-  bool TrackLocalMap(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result) const;
-  bool Optimize(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result) const;
-  PoseOnlyProblem MakeProblem(const TrackInput& input, const Map& map, const Prediction& prediction,
-                              const Rigid3& start) const;
-  std::vector<PoseObservation> Observations(const TrackInput& input, const Map& map, const FrameMatches& matches) const;
-  bool UsesFloor(const Map& map) const;
-  void TestFloor(const TrackInput& input, const Map& map, const Prediction& prediction, TrackResult* result);
-  bool EnoughInliers(const Prediction& prediction, const TrackResult& result) const;
+  bool FindFirstPose(const Map& map, FrameTrack* frame);
   bool WantsKeyframe(const TrackInput& input, const Map& map, const TrackResult& result) const;
+  // The pose becomes relative to this keyframe; no motion leads to it from the frame before.
+  void Anchor(const Map& map, KeyframeId reference, const Rigid3& T_map_base);
+  // The keyframe that sees most of what this frame sees becomes the reference.
+  void Adopt(const Map& map, const TrackResult& result);
   void Remember(const TrackInput& input, const Map& map, TrackResult* result);
 
   TrackerContext context_;
-  LastFrame last_;
-  std::optional<Rigid3> velocity_;  // T_last_base of the frame before: constant-motion model without odometry
-  bool visually_tracked_ = false;   // the last frame was
-  bool localized_ = false;          // since the start
-  int blind_frames_ = 0;            // since the last one with a pose from vision
-  std::optional<Hypothesis> hypothesis_;
+  std::optional<LastFrame> last_;  // since the robot is localized
+  PlaceSearch places_;
   FloorMonitor floor_;
   int frames_since_keyframe_ = 0;
   int reference_landmarks_ = 0;  // tracked in the reference keyframe when it was made

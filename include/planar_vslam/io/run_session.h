@@ -10,14 +10,11 @@
 
 #include "planar_vslam/geometry/expected.h"
 #include "planar_vslam/io/recording.h"
-#include "planar_vslam/pipeline/options.h"
-#include "planar_vslam/pipeline/slam_system.h"
+#include "planar_vslam/pipeline/estimator.h"
 
 namespace planar_vslam {
 
 struct RunSettings {
-  bool use_odometry = true;     // false: odometry and scans of the recording are ignored
-  bool deterministic = false;   // inline schedule, no wall-clock in any output
   std::optional<double> rate;   // times real time, dropping frames as a live robot would; absent: no frame dropped
   std::optional<double> until;  // s after the first image
   std::function<void(long done, long total)> progress;      // called after every image
@@ -28,17 +25,18 @@ struct RunResult {
   std::vector<FrameReport> frames;
   std::map<std::string, long> unused_input;  // by reason
   long frames_dropped = 0;                   // by the pace of `rate`
+  std::string final_adjustment;              // why it failed, and the map is as it was before; empty where it did not
   double wall_seconds = 0.0, cpu_seconds = 0.0;
   double recorded_seconds = 0.0;  // spanned by the processed images
 };
 
 // Runs to the end, final optimisation included. An error means the recording could not be read on.
-Expected<RunResult> RunSession(Recording& recording, SlamSystem& system, const RunSettings& settings);
+Expected<RunResult> RunSession(Recording& recording, Estimator& estimator, const RunSettings& settings);
 
 // trajectory.txt, trajectory_live.txt, status.csv, keyframes.txt, scale_cameras.txt (the unscaled cameras the scale was
 // recovered from, where it was), map.pvm and points.pcd (where there is a map), map.pgm/.yaml/.bt (metric maps only),
 // report.json, into an existing or new folder. With `deterministic` no file depends on the clock.
-Expected<bool> WriteRunOutputs(const std::filesystem::path& folder, const SlamSystem& system, const RunResult& result,
-                               const PipelineOptions& options, const CameraModel& camera, bool deterministic);
+Expected<bool> WriteRunOutputs(const std::filesystem::path& folder, const Estimator& estimator, const RunResult& result,
+                               bool deterministic);
 
 }  // namespace planar_vslam

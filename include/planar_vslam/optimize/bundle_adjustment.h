@@ -5,10 +5,13 @@
 // over base poses T_map_base (camera through T_base_camera at that stamp) and points. Values in, values out.
 // With planar.mode se2_xyz or hard, free keyframes on the floor are put on it and keep 3 dof, without e_planar; with
 // se2_xyz the reprojections of all keyframes on the floor are weighted by planar_reprojection_factor.h, anew a round.
+#include <cstddef>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "planar_vslam/geometry/option_fields.h"
+#include "planar_vslam/geometry/stopwatch.h"
 #include "planar_vslam/map/map.h"
 #include "planar_vslam/map/map_edit.h"
 #include "planar_vslam/planar/odometry_noise.h"
@@ -18,15 +21,25 @@
 namespace planar_vslam {
 
 struct BundleOptions {
-  int max_iterations = 5;     // of the first round and of the second each
-  bool drop_outliers = true;  // second round without observations beyond the 95 % chi-square limit
-  double pixel_sigma = 1.0;   // px at octave 0; grows with the octave's scale
+  int max_iterations = 5;
+  bool drop_outliers = true;
   // Cauchy, Mahalanobis norms of the two parts of a link (relative_pose_factor.h): what slipped pulls at nothing, and
   // what is not level (a ramp, a car that pitches) is no slip.
   double odometry_loss = 5.0;  // x, y and yaw
   double tilt_loss = 3.5;      // height, roll and pitch
   bool use_odometry = true;
-  std::vector<std::string> Problems() const;
+
+  template <class Self, class Visitor>
+  static void Visit(Self& o, Visitor& v) {
+    v("max_iterations", o.max_iterations, unit::kNone, bound::AtLeast(1), "of each of its two rounds");
+    v("drop_outliers", o.drop_outliers, "second round without observations beyond the 95 % limit");
+    v("odometry_loss", o.odometry_loss, unit::kNone, bound::Positive(),
+      "Mahalanobis norm beyond which a link of wheels or laser counts less", Origin::kFitted);
+    v("tilt_loss", o.tilt_loss, unit::kNone, bound::Positive(),
+      "the same for a link's height, roll and pitch, which the floor bounds", Origin::kFitted);
+    v("use_odometry", o.use_odometry, "odometry links between keyframes take part");
+  }
+  std::vector<std::string> Problems() const { return ProblemsOf(*this); }
 };
 
 struct BundleRequest {
@@ -35,18 +48,30 @@ struct BundleRequest {
   std::vector<LandmarkId> landmarks;        // ascending; observations in other keyframes are left out
 };
 
+// What is known of the sensors and how they err.
 struct MeasurementModel {
   CameraModel camera;
   OdometryNoise odometry_noise;
   PlanarPriorOptions planar;  // applied to keyframes on the floor of a metric map, unless its mode is off
   BundleOptions options;
+  double pixel_sigma = 1.0;  // px, of a keypoint at full resolution (octave 0); grows with the octave's scale
 };
 
-struct BundleResult {
-  bool converged = false;  // usable solution
-  std::string message;     // why not
+struct BundleSummary {
+  bool converged = false;        // usable solution
+  std::string message;           // why not, or what ended the iterations
+  std::size_t observations = 0;  // that took part; none where there was nothing to adjust
   double initial_cost = 0.0, final_cost = 0.0;
-  int iterations = 0;
+  int iterations = 0;  // of both rounds
+  // Of both rounds: "bundle.build", then as Ceres has it "bundle.preprocess", "bundle.residuals", "bundle.jacobians",
+  // "bundle.linear_solver", "bundle.other", and "bundle.classify".
+  StageTimes times;
+
+  bool failed() const { return observations > 0 && !converged; }
+};
+
+// Without values unless converged.
+struct BundleResult : BundleSummary {
   std::vector<std::pair<KeyframeId, Rigid3>> poses;
   std::vector<std::pair<LandmarkId, Eigen::Vector3d>> points;
   std::vector<std::pair<LandmarkId, KeyframeId>> outliers;  // observations beyond the limit, or behind the camera

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "planar_vslam/geometry/expected.h"
+#include "planar_vslam/geometry/option_fields.h"
 #include "planar_vslam/optimize/bundle_adjustment.h"
 #include "planar_vslam/planar/odometry_calibration.h"
 
@@ -27,7 +28,27 @@ struct SensorCorrection {
   // vector).
   Vector6d camera_mount = Vector6d::Zero();
 
-  std::vector<std::string> Problems() const;
+  template <class Self, class Visitor>
+  static void Visit(Self& o, Visitor& v) {
+    constexpr double kLargestScale = 1.5;
+    constexpr double kLargestOffset = 0.5;  // s: a recording is off by more for another reason
+    const Bound scale = bound::Between(1.0 / kLargestScale, kLargestScale);
+    v("odometry_scale_x", o.odometry.scale[0], unit::kNone, scale,
+      "multiplies distance forward as the wheels read it...");
+    v("odometry_scale_y", o.odometry.scale[1], unit::kNone, scale, "...sideways...");
+    v("odometry_scale_yaw", o.odometry.scale[2], unit::kNone, scale, "...and rotation");
+    v("time_offset", o.odometry.time_offset, unit::kSeconds, bound::FromTo(-kLargestOffset, kLargestOffset),
+      "odometry's (and the laser's) clock minus the camera's");
+    v("camera_x", o.camera_mount[0], unit::kMeters, bound::Finite(),
+      "added to the camera's position on the base, in base axes");
+    v("camera_y", o.camera_mount[1], unit::kMeters, bound::Finite(), "");
+    v("camera_z", o.camera_mount[2], unit::kMeters, bound::Finite(), "");
+    v("camera_roll_deg", o.camera_mount[3], unit::kDegrees, bound::Finite(),
+      "turned about the base's x, y and z axes (a rotation vector)");
+    v("camera_pitch_deg", o.camera_mount[4], unit::kDegrees, bound::Finite(), "");
+    v("camera_yaw_deg", o.camera_mount[5], unit::kDegrees, bound::Finite(), "");
+  }
+  std::vector<std::string> Problems() const { return ProblemsOf(*this); }
 };
 
 struct CalibrationOptions {

@@ -8,8 +8,10 @@
 // the poses, with  de/db = -R_i_j^T t_i_j  and a prior of their own.
 #include <Eigen/Core>
 #include <Eigen/SparseCholesky>
+#include <string>
 #include <vector>
 
+#include "planar_vslam/geometry/option_fields.h"
 #include "planar_vslam/map/map.h"
 #include "planar_vslam/optimize/map_ties.h"
 
@@ -18,7 +20,14 @@ namespace planar_vslam {
 // Shares by which a source of motion may read wrong throughout.
 struct SystematicErrors {
   double wheels = 0.005;
-  double laser = 0.0005;  // its metre is its clock
+  double laser = 0.0005;
+
+  template <class Self, class Visitor>
+  static void Visit(Self& o, Visitor& v) {
+    v("wheels", o.wheels, unit::kNone, bound::Positive(), "of the wheels, once calibrated");
+    v("laser", o.laser, unit::kNone, bound::Positive(), "of the laser, whose metre is its clock", Origin::kFitted);
+  }
+  std::vector<std::string> Problems() const { return ProblemsOf(*this); }
 };
 
 class MapUncertainty {

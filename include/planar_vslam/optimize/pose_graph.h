@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "planar_vslam/geometry/expected.h"
 #include "planar_vslam/map/map.h"
 #include "planar_vslam/optimize/map_ties.h"
 
@@ -19,9 +20,10 @@ struct LoopTie {
   Eigen::Matrix3d covariance;  // of the right tangent [x, y, angle] at `to`
 };
 
-// The keyframes' new poses T_map_base, in the order of the map; empty where Ceres finds none. Keyframes after the last
-// doubtful tie before a loop's end start as the loop would have them: they were moved there as one piece.
-std::vector<std::pair<KeyframeId, Rigid3>> SolvePoseGraph(const Map& map, const std::vector<MapTie>& ties,
-                                                          const std::vector<LoopTie>& loops);
+// The keyframes' new poses T_map_base, in the order of the map. Keyframes after the last doubtful tie before a loop's
+// end start as the loop would have them: they were moved there as one piece. Error: what Ceres says where it finds no
+// solution.
+Expected<std::vector<std::pair<KeyframeId, Rigid3>>> SolvePoseGraph(const Map& map, const std::vector<MapTie>& ties,
+                                                                    const std::vector<LoopTie>& loops);
 
 }  // namespace planar_vslam

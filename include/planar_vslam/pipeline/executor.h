@@ -21,10 +21,11 @@ class InlineExecutor final : public Executor {
   void Submit(std::function<void()> job) override { job(); }
 };
 
-// Runs jobs in order on one thread of its own. Jobs still queued when it is destroyed are run first.
+// Runs jobs in order on one thread of its own. Jobs still queued when it is destroyed are run first. `niceness`, as
+// nice(1) has it, lets threads with a smaller one go first where cores are few.
 class WorkerExecutor final : public Executor {
  public:
-  WorkerExecutor();
+  explicit WorkerExecutor(int niceness = 0);
   ~WorkerExecutor() override;
   void Submit(std::function<void()> job) override;
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "planar_vslam/geometry/option_fields.h"
 #include "planar_vslam/map/map.h"
 #include "planar_vslam/optimize/map_uncertainty.h"
 #include "planar_vslam/planar/scale_estimate.h"
@@ -15,13 +16,20 @@
 namespace planar_vslam {
 
 struct ScaleOptions {
-  int keyframes = 0;            // the paper's N: scale is taken at this many keyframes; 0: once it is known well enough
-  double max_sigma = 0.01;      // of log(scale), well enough
-  double min_distance = 1.0;    // m driven
-  SystematicErrors systematic;  // of calibrated wheels and the laser
-  double height_sigma = 0.005;  // m, of the camera's height over the floor
+  int keyframes = 0;
+  double max_sigma = 0.01;  // of log(scale)
+  double min_distance = 1.0;
+  double height_sigma = 0.005;
 
-  std::vector<std::string> Problems() const;
+  template <class Self, class Visitor>
+  static void Visit(Self& o, Visitor& v) {
+    v("keyframes", o.keyframes, unit::kNone, bound::ZeroOr(bound::AtLeast(3)),
+      "the paper's N: taken at this many keyframes; 0: once it is known well enough");
+    v("max_sigma", o.max_sigma, unit::kNone, bound::Positive(), "share, standard deviation that is well enough");
+    v("min_distance", o.min_distance, unit::kMeters, bound::Positive(), "and the robot has driven this far");
+    v("height_sigma", o.height_sigma, unit::kMeters, bound::Positive(), "of the camera's height over the floor");
+  }
+  std::vector<std::string> Problems() const { return ProblemsOf(*this); }
 };
 
 struct MapScale {
@@ -35,7 +43,8 @@ struct MapScale {
 // The longest run of keyframes up to the newest that odometry links one after the other.
 std::vector<LeverArmSample> LinkedTrack(const Map& map);
 
-MapScale AssessScale(const Map& map, const ScaleOptions& options);
+// `systematic`: the shares by which calibrated wheels and the laser read wrong throughout.
+MapScale AssessScale(const Map& map, const ScaleOptions& options, const SystematicErrors& systematic);
 
 // An unscaled map made metric by `scale`: keyframes and landmarks scaled, and the first base put on the floor at the
 // map's origin.

@@ -11,7 +11,8 @@
 
 namespace planar_vslam {
 
-// Which landmarks are good enough for a navigation map.
+// Which landmarks are good enough for a navigation map. Fitted: chosen while looking at grids of the drives of
+// BENCHMARK.md.
 struct LandmarkAcceptance {
   int min_observations = 3;
   double min_parallax = DegreesToRadians(1.5);  // rad, widest among its observers
@@ -23,9 +24,11 @@ struct LandmarkAcceptance {
   // usual cell's width, and it projects to where it was seen. Wrong depths scatter.
   double upright_radius = 0.05;  // m, horizontally
   int min_upright = 2;
-  double max_reprojection = 1.5;  // px RMS, at the keypoints' scales
+  double max_reprojection = 1.5;  // pixel sigmas RMS, at the keypoints' scales
   double min_height = -0.03;      // m: below the floor are only reflections
-  double pixel_sigma = 1.0;       // px
+  double pixel_sigma = 1.0;       // px, of a keypoint at full resolution
+
+  static LandmarkAcceptance For(double pixel_sigma);
 };
 
 struct AcceptedLandmarks;

@@ -14,7 +14,7 @@ namespace planar_vslam {
 
 class SweepCollector {
  public:
-  // `frame`: index of the packet's frame in the recorded trajectory.
+  // `frame`: number of the packet's frame in the recorded trajectory.
   void Add(const FramePacket& packet, std::size_t frame);
   // The last waiting sweep, in the base at `T_odom_base`, if it was taken at most 0.3 s before `stamp`: the own one of
   // a keyframe made there, placed by odometry alone. It waits no more.

@@ -37,6 +37,8 @@ class Synchronizer {
   // No more input will come: images odometry does not reach are passed on without.
   void Finish() { finished_ = true; }
   std::optional<FramePacket> Pop();
+  // Images that wait for odometry.
+  std::size_t images_waiting() const { return images_.size(); }
 
   // Input that could not be used, by reason.
   const std::map<std::string, long>& dropped() const { return dropped_; }

@@ -1,6 +1,8 @@
 #pragma once
 // The pose of every frame relative to a keyframe, so that the whole trajectory follows the keyframes when they move.
+#include <cstddef>
 #include <map>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -19,21 +21,32 @@ struct RecordedFrame {
 
 class TrajectoryRecorder {
  public:
-  void Add(const RecordedFrame& frame) { frames_.push_back(frame); }
+  // `capacity`: how many frames are remembered at least, the latest ones (twice as many at most); 0: all.
+  explicit TrajectoryRecorder(std::size_t capacity = 0) : capacity_(capacity) {}
+
+  void Add(const RecordedFrame& frame);
   // The last frame with this stamp became a keyframe. If it stood on odometry alone, so did frames right before it, and
   // they hang on it from now on: when the robot was kidnapped, that was before them.
   void Reanchor(Timestamp stamp, KeyframeId keyframe);
   void OnCulled(const std::vector<CulledKeyframe>& culled);
   // The map was scaled: camera motion relative to the reference keyframes scales, extrinsics do not.
   void OnScaled(const Map& map, double scale);
-  // T_map_base of every frame in `map`.
+  // T_map_base of every remembered frame in `map`.
   std::vector<std::pair<Timestamp, Rigid3>> Poses(const Map& map) const;
-  // A keyframe of `map` and T_keyframe_base of the frame with this index.
-  std::pair<KeyframeId, Rigid3> Anchor(const Map& map, std::size_t frame) const;
-  bool IsOnOdometry(std::size_t frame) const { return frames_[frame].on_odometry; }
-  std::size_t size() const { return frames_.size(); }
+  // Frames are numbered from 0 as they are added. A keyframe of `map` and T_keyframe_base of the frame; nothing when it
+  // is forgotten.
+  std::optional<std::pair<KeyframeId, Rigid3>> Anchor(const Map& map, std::size_t number) const;
+  // Of a frame that is not forgotten.
+  bool IsOnOdometry(std::size_t number) const;
+  // How many were added, forgotten ones included.
+  std::size_t size() const { return forgotten_ + frames_.size(); }
 
  private:
+  std::pair<KeyframeId, Rigid3> AnchorOf(const Map& map, const RecordedFrame& frame) const;
+  void ForgetOldest();
+
+  std::size_t capacity_;
+  std::size_t forgotten_ = 0;
   std::vector<RecordedFrame> frames_;
   std::map<KeyframeId, CulledKeyframe> culled_;
 };

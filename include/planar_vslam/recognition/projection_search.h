@@ -27,22 +27,4 @@ void SearchByProjection(const Map& map, const std::vector<LandmarkId>& candidate
                         const CameraModel& camera, const FrameFeatures& features,
                         const ProjectionSearchOptions& options, FrameMatches* matches);
 
-// The keyframes that see the matched landmarks, most votes first, at most `limit`.
-std::vector<KeyframeId> VotedKeyframes(const Map& map, const std::vector<LandmarkId>& landmarks, std::size_t limit);
-
-// Keyframes whose camera is within `distance` of `T_map_camera` and looks within `angle` of it, nearest first.
-std::vector<KeyframeId> NearbyKeyframes(const Map& map, const Rigid3& T_map_camera, double distance, double angle,
-                                        std::size_t limit);
-
-std::vector<LandmarkId> ValidOnly(const std::vector<LandmarkId>& ids);
-
-// How many of `ids` exist and were observed at least twice.
-int CountWellObserved(const Map& map, const std::vector<LandmarkId>& ids);
-
-// Median depth of the existing ones of `ids` in the camera; 0 where there is none.
-double MedianDepth(const Map& map, const std::vector<LandmarkId>& ids, const Rigid3& T_map_camera);
-
-// Union of the landmarks seen by `keyframes`, ascending.
-std::vector<LandmarkId> LandmarksOf(const Map& map, const std::vector<KeyframeId>& keyframes);
-
 }  // namespace planar_vslam

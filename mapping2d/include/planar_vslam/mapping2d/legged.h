@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "planar_vslam/geometry/option_fields.h"
 #include "planar_vslam/mapping2d/grid.h"
 #include "planar_vslam/mapping2d/overhang.h"
 #include "planar_vslam/mapping2d/sight_line.h"
@@ -12,13 +13,24 @@ namespace planar_vslam {
 
 struct LeggedOptions {
   bool enabled = true;
-  double max_leg = 0.25;     // m, widest extent of a leg in the grid, noise included
-  double min_side = 0.25;    // m between two legs of a piece of furniture...
-  double max_side = 2.60;    // m
-  double min_height = 0.40;  // m: its top lies somewhere from here...
-  double max_height = 0.90;  // m: ...to here
+  double max_leg = 0.25;  // noise included
+  double min_side = 0.25;
+  double max_side = 2.60;
+  double min_height = 0.40;
+  double max_height = 0.90;
 
-  std::vector<std::string> Problems() const;
+  template <class Self, class Visitor>
+  static void Visit(Self& o, Visitor& v) {
+    v("legged_enabled", o.enabled, "furniture between whose legs the laser passes, filled");
+    v("legged_max_leg", o.max_leg, unit::kMeters, bound::Positive(), "widest extent of a leg in the grid");
+    v("legged_min_side", o.min_side, unit::kMeters, bound::Positive(), "between two legs of a piece of furniture...");
+    v("legged_max_side", o.max_side, unit::kMeters, bound::MoreThan("legged_min_side", o.min_side),
+      "...at least and at most");
+    v("legged_min_height", o.min_height, unit::kMeters, bound::Positive(), "its top lies somewhere from here...");
+    v("legged_max_height", o.max_height, unit::kMeters, bound::MoreThan("legged_min_height", o.min_height),
+      "...to here");
+  }
+  std::vector<std::string> Problems() const { return ProblemsOf(*this); }
 };
 
 struct LeggedEvidence {

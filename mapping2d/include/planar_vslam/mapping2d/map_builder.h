@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "planar_vslam/geometry/expected.h"
+#include "planar_vslam/geometry/option_fields.h"
 #include "planar_vslam/geometry/rigid3.h"
 #include "planar_vslam/mapping2d/grid.h"
 #include "planar_vslam/mapping2d/legged.h"
@@ -33,25 +34,60 @@ enum class GridLayers { kFused, kLaser, kVisual };
 
 struct MapBuilderOptions {
   GridLayers layers = GridLayers::kFused;
-  double resolution = 0.05;        // m, voxels and cells
+  double resolution = 0.05;
   SensorModel visual{0.62, 0.45};  // a hit weighs less than occupied_threshold: two keyframes have to agree
   SensorModel laser{0.70, 0.40};   // OctoMap's
-  double clamp_min = 0.12;         // probability
+  double clamp_min = 0.12;
   double clamp_max = 0.97;
-  double visual_range = 6.0;         // m, points farther than this only clear up to it
-  double visual_hit_sigma = 0.05;    // m, points less certain in depth only clear
-  double laser_range = 8.0;          // m, never beyond the scan's own range_max
-  double floor_tolerance = 0.05;     // m: points and tilted beams that end below it clear only...
-  double tilt_sigma_deg = 0.5;       // ...as do points that this error of the camera's tilt can lift from there
-  double band_min = 0.10;            // m: height band that counts as obstacle; a laser counts from the floor up
-  double band_max = 1.30;            // m: robot height
-  double footprint_radius = 0.20;    // m, free along the path; 0 switches it off
-  double occupied_threshold = 0.65;  // probability from which a voxel is occupied
-  double free_threshold = 0.35;      // probability below which a voxel is free
+  double visual_range = 6.0;
+  double visual_hit_sigma = 0.05;
+  double laser_range = 8.0;
+  double floor_tolerance = 0.05;
+  double tilt_sigma = DegreesToRadians(0.5);
+  double band_min = 0.10;  // a laser counts from the floor up
+  double band_max = 1.30;
+  double footprint_radius = 0.20;
+  double occupied_threshold = 0.65;
+  double free_threshold = 0.35;
   OverhangOptions overhang;
   LeggedOptions legged;
 
-  std::vector<std::string> Problems() const;
+  template <class Self, class Visitor>
+  static void Visit(Self& o, Visitor& v) {
+    constexpr Bound kHit = bound::Between(0.5, 1.0), kMiss = bound::Between(0.0, 0.5);
+    v("layers", o.layers,
+      {{"fused", GridLayers::kFused}, {"laser", GridLayers::kLaser}, {"visual", GridLayers::kVisual}},
+      "what they are made of: fused, laser (sweeps) or visual (points)");
+    v("resolution", o.resolution, unit::kMeters, bound::Positive(), "voxels and cells");
+    v("visual_p_hit", o.visual.p_hit, unit::kNone, kHit, "probability that a voxel is occupied where a point lies");
+    v("visual_p_miss", o.visual.p_miss, unit::kNone, kMiss, "probability that it is where a ray to a point passes");
+    v("laser_p_hit", o.laser.p_hit, unit::kNone, kHit, "the same for the laser");
+    v("laser_p_miss", o.laser.p_miss, unit::kNone, kMiss, "the same for the laser");
+    v("clamp_min", o.clamp_min, unit::kNone, bound::Positive().And(bound::LessThan("free_threshold", o.free_threshold)),
+      "probability a voxel never falls below");
+    v("clamp_max", o.clamp_max, unit::kNone,
+      bound::MoreThan("occupied_threshold", o.occupied_threshold).And(bound::LessThan(1.0)),
+      "probability a voxel never exceeds");
+    v("visual_range", o.visual_range, unit::kMeters, bound::Positive(), "points farther away only clear up to it");
+    v("visual_hit_sigma", o.visual_hit_sigma, unit::kMeters, bound::Positive(),
+      "points less certain in depth only clear");
+    v("laser_range", o.laser_range, unit::kMeters, bound::Positive(), "never beyond the scan's own");
+    v("floor_tolerance", o.floor_tolerance, unit::kMeters, bound::AtLeast(0.0), "what ends below it only clears");
+    v("tilt_sigma_deg", o.tilt_sigma, unit::kDegrees, bound::AtLeast(0.0).And(bound::LessThan(45.0)),
+      "error of the camera's tilt that may lift floor points");
+    v("band_min", o.band_min, unit::kMeters, bound::AtLeast(0.0), "heights from here...");
+    v("band_max", o.band_max, unit::kMeters, bound::MoreThan("band_min", o.band_min),
+      "...to here (the robot's) count as obstacles");
+    v("footprint_radius", o.footprint_radius, unit::kMeters, bound::AtLeast(0.0),
+      "free along the path; 0 switches it off");
+    v("occupied_threshold", o.occupied_threshold, unit::kNone, bound::AtLeast(0.5).And(bound::LessThan(1.0)),
+      "probability from which a voxel is occupied");
+    v("free_threshold", o.free_threshold, unit::kNone, bound::Positive().And(bound::AtMost(0.5)),
+      "probability below which a voxel is free");
+    OverhangOptions::Visit(o.overhang, v);
+    LeggedOptions::Visit(o.legged, v);
+  }
+  std::vector<std::string> Problems() const { return ProblemsOf(*this); }
 };
 
 // A landmark as one camera saw it. Finite numbers.

@@ -25,6 +25,7 @@
 #include <string>
 #include <vector>
 
+#include "planar_vslam/geometry/option_fields.h"
 #include "planar_vslam/geometry/rigid2.h"
 
 namespace planar_vslam {
@@ -35,26 +36,56 @@ enum class MessageCovarianceUse { kAuto, kNever };
 
 struct OdometryNoise {
   OdometryNoiseModel model = OdometryNoiseModel::kArcLength;
-  MessageCovarianceUse message_covariance = MessageCovarianceUse::kAuto;  // auto: instead of the model where it is real
-  double along_per_sqrt_meter = 0.01;                                     // m / sqrt(m)
-  double across_per_sqrt_meter = 0.01;                     // m / sqrt(m); an omnidirectional base slips both ways
-  double across_per_sqrt_radian = 0.003;                   // m / sqrt(rad)
-  double heading_per_sqrt_meter = DegreesToRadians(0.25);  // rad / sqrt(m)
-  double heading_per_sqrt_radian = 0.01;                   // rad / sqrt(rad)
+  MessageCovarianceUse message_covariance = MessageCovarianceUse::kAuto;
+  double along_per_sqrt_meter = 0.01;
+  double across_per_sqrt_meter = 0.01;  // an omnidirectional base slips both ways
+  double across_per_sqrt_radian = 0.003;
+  double heading_per_sqrt_meter = DegreesToRadians(0.25);
+  double heading_per_sqrt_radian = 0.01;
   // AMCL's defaults: generous, for a robot about which nothing is known.
-  double amcl_alpha1 = 0.2;                      // rad^2 / rad^2, of a turn by turning
-  double amcl_alpha2 = 0.2;                      // rad^2 / m^2, of a turn by driving
-  double amcl_alpha3 = 0.2;                      // m^2 / m^2, of the way by driving
-  double amcl_alpha4 = 0.2;                      // m^2 / rad^2, of the way by turning
-  double position_floor = 0.002;                 // m, q_x = q_y = position_floor^2
-  double heading_floor = DegreesToRadians(0.1);  // rad, q_phi
+  double amcl_alpha1 = 0.2;
+  double amcl_alpha2 = 0.2;
+  double amcl_alpha3 = 0.2;
+  double amcl_alpha4 = 0.2;
+  double position_floor = 0.002;                 // q_x = q_y = position_floor^2
+  double heading_floor = DegreesToRadians(0.1);  // q_phi = heading_floor^2
   // What the floor lets the base do between two poses in the directions odometry does not measure.
-  double height_per_sqrt_meter = 0.005;                // m / sqrt(m)
-  double height_floor = 0.005;                         // m
-  double tilt_per_sqrt_meter = DegreesToRadians(0.2);  // rad / sqrt(m), roll and pitch each
-  double tilt_floor = DegreesToRadians(0.3);           // rad: sway and joint backlash
+  double height_per_sqrt_meter = 0.005;
+  double height_floor = 0.005;
+  double tilt_per_sqrt_meter = DegreesToRadians(0.2);
+  double tilt_floor = DegreesToRadians(0.3);
 
-  std::vector<std::string> Problems() const;
+  // A rate may be zero (an error source switched off); a floor may not, or standing still would claim certainty.
+  template <class Self, class Visitor>
+  static void Visit(Self& o, Visitor& v) {
+    constexpr Unit kPerRootMeter{"m / sqrt(m)"}, kPerRootRadian{"m / sqrt(rad)"}, kTurnPerRootRadian{"rad / sqrt(rad)"};
+    constexpr Unit kTurnPerRootMeter{"deg / sqrt(m)", DegreesToRadians(1.0)};
+    constexpr Bound kRate = bound::AtLeast(0.0), kFloor = bound::Positive();
+    v("model", o.model, {{"arc_length", OdometryNoiseModel::kArcLength}, {"amcl", OdometryNoiseModel::kAmcl}},
+      "arc_length (the rates below) or amcl (its alphas)");
+    v("message_covariance", o.message_covariance,
+      {{"auto", MessageCovarianceUse::kAuto}, {"never", MessageCovarianceUse::kNever}},
+      "auto: instead of the model where messages carry a real one; or never");
+    v("along_per_sqrt_meter", o.along_per_sqrt_meter, kPerRootMeter, kRate, "forwards", Origin::kFitted);
+    v("across_per_sqrt_meter", o.across_per_sqrt_meter, kPerRootMeter, kRate, "sideways", Origin::kFitted);
+    v("across_per_sqrt_radian", o.across_per_sqrt_radian, kPerRootRadian, kRate, "sideways while turning",
+      Origin::kFitted);
+    v("heading_per_sqrt_meter_deg", o.heading_per_sqrt_meter, kTurnPerRootMeter, kRate, "", Origin::kFitted);
+    v("heading_per_sqrt_radian", o.heading_per_sqrt_radian, kTurnPerRootRadian, kRate, "", Origin::kFitted);
+    v("amcl_alpha1", o.amcl_alpha1, Unit{"rad^2 / rad^2"}, kRate, "variance of a turn by turning");
+    v("amcl_alpha2", o.amcl_alpha2, Unit{"rad^2 / m^2"}, kRate, "of a turn by driving");
+    v("amcl_alpha3", o.amcl_alpha3, Unit{"m^2 / m^2"}, kRate, "of the way by driving");
+    v("amcl_alpha4", o.amcl_alpha4, Unit{"m^2 / rad^2"}, kRate, "of the way by turning");
+    v("position_floor", o.position_floor, unit::kMeters, kFloor, "of any interval");
+    v("heading_floor_deg", o.heading_floor, unit::kDegrees, kFloor, "of any interval");
+    v("height_per_sqrt_meter", o.height_per_sqrt_meter, kPerRootMeter, kRate, "what the floor's height may change by",
+      Origin::kFitted);
+    v("height_floor", o.height_floor, unit::kMeters, kFloor, "of any interval");
+    v("tilt_per_sqrt_meter_deg", o.tilt_per_sqrt_meter, kTurnPerRootMeter, kRate, "roll and pitch each",
+      Origin::kFitted);
+    v("tilt_floor_deg", o.tilt_floor, unit::kDegrees, kFloor, "sway and joint backlash");
+  }
+  std::vector<std::string> Problems() const { return ProblemsOf(*this); }
 };
 
 // Covariance of one increment by the model, expressed in its starting frame, tangent [x, y, angle], without the floors.

@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "planar_vslam/geometry/option_fields.h"
 #include "planar_vslam/geometry/rigid3.h"
 
 namespace planar_vslam {
@@ -25,12 +26,25 @@ inline bool IsPlanar(PlanarMode mode) { return mode == PlanarMode::kSe2Xyz || mo
 
 struct PlanarPriorOptions {
   PlanarMode mode = PlanarMode::kSoftSe3;
-  double sigma_height = 0.01;                 // m, of the base over the floor
-  double sigma_tilt = DegreesToRadians(0.5);  // rad, roll and pitch each
-  bool floor_points = false;                  // landmarks seen on the floor hold it at z = 0 (floor_points.h)
-  double sigma_floor_point = 0.03;            // m, of such a landmark's height: flatness, and how well it is seen
+  double sigma_height = 0.01;
+  double sigma_tilt = DegreesToRadians(0.5);
+  bool floor_points = false;        // floor_points.h
+  double sigma_floor_point = 0.03;  // flatness, and how well the landmark is seen
 
-  std::vector<std::string> Problems() const;
+  template <class Self, class Visitor>
+  static void Visit(Self& o, Visitor& v) {
+    v("mode", o.mode,
+      {{"soft_se3", PlanarMode::kSoftSe3},
+       {"se2_xyz", PlanarMode::kSe2Xyz},
+       {"hard", PlanarMode::kHard},
+       {"off", PlanarMode::kOff}},
+      "soft_se3 (a prior), se2_xyz (3 dof, pixels inflated), hard (3 dof) or off");
+    v("sigma_height", o.sigma_height, unit::kMeters, bound::Positive(), "of the base over the floor");
+    v("sigma_tilt_deg", o.sigma_tilt, unit::kDegrees, bound::Positive(), "roll and pitch each");
+    v("floor_points", o.floor_points, "landmarks on the floor hold it at the height the camera's mount says");
+    v("sigma_floor_point", o.sigma_floor_point, unit::kMeters, bound::Positive(), "of such a landmark's height");
+  }
+  std::vector<std::string> Problems() const { return ProblemsOf(*this); }
 };
 
 // Whitened residual and, where not null, its 3x6 Jacobian with respect to the right perturbation.

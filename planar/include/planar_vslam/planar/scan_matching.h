@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "planar_vslam/geometry/option_fields.h"
 #include "planar_vslam/geometry/rigid2.h"
 #include "planar_vslam/geometry/rigid3.h"
 #include "planar_vslam/sensor/measurements.h"
@@ -22,13 +23,22 @@
 namespace planar_vslam {
 
 struct ScanMatchOptions {
-  bool enabled = true;         // laser sweeps, where there are any, measure the motion between keyframes
-  double range_sigma = 0.015;  // m, of one range
-  double max_offset = 0.30;    // m, that a surface may seem off under the initial guess
-  double min_share = 0.60;     // of the points that have to lie on surfaces of the reference
-  int min_points = 60;         // of a sweep that can be matched
+  bool enabled = true;  // the key `match`
+  double range_sigma = 0.015;
+  double max_offset = 0.30;
+  double min_share = 0.60;
+  int min_points = 60;
 
-  std::vector<std::string> Problems() const;
+  template <class Self, class Visitor>
+  static void Visit(Self& o, Visitor& v) {
+    v("match", o.enabled, "false: the laser only draws the map");
+    v("range_sigma", o.range_sigma, unit::kMeters, bound::Positive(), "of one range");
+    v("max_offset", o.max_offset, unit::kMeters, bound::Positive(), "that a surface may seem off before matching");
+    v("min_share", o.min_share, unit::kNone, bound::Between(0.0, 1.0),
+      "of a sweep's points that must lie on surfaces of the other");
+    v("min_points", o.min_points, unit::kNone, bound::AtLeast(10), "of a sweep that can be matched");
+  }
+  std::vector<std::string> Problems() const { return ProblemsOf(*this); }
 };
 
 // A sweep as matching wants it: the points it hit, in the frame asked for, and the surfaces they lie on.

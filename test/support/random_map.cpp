@@ -1,4 +1,4 @@
-#include "random_map.h"
+#include "support/random_map.h"
 
 #include <algorithm>
 #include <cmath>

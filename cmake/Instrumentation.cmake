@@ -12,3 +12,10 @@ if(PLANAR_VSLAM_SANITIZE)
   add_compile_definitions(_GLIBCXX_ASSERTIONS)
   add_link_options(${pv_sanitizer_flag})
 endif()
+
+# Line coverage for scripts/coverage.
+option(PLANAR_VSLAM_COVERAGE "Count the lines that tests run" OFF)
+if(PLANAR_VSLAM_COVERAGE)
+  add_compile_options(--coverage -O1)
+  add_link_options(--coverage)
+endif()

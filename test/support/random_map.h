@@ -1,5 +1,5 @@
 #pragma once
-// Random maps and random edits of them, for the property tests of this folder.
+// Random maps and random edits of them, for property tests.
 #include <random>
 #include <set>
 #include <utility>

@@ -1,0 +1,24 @@
+# This package as catkin's: messages, devel space, planar_vslamConfig.cmake for who finds it.
+
+# ROS's Python modules belong to the system's interpreter; another one may come first on PATH.
+if(EXISTS /usr/bin/python3)
+  set(PYTHON_EXECUTABLE /usr/bin/python3 CACHE FILEPATH "Interpreter catkin uses")
+  set(Python3_EXECUTABLE /usr/bin/python3 CACHE FILEPATH "Interpreter ament uses")
+endif()
+
+# catkin snapshots the test environment at configure time and skips folders that do not exist yet.
+file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/devel/lib/python3/dist-packages)
+find_package(catkin REQUIRED COMPONENTS
+  roscpp std_msgs std_srvs geometry_msgs sensor_msgs nav_msgs map_msgs diagnostic_msgs
+  tf2 tf2_ros tf2_msgs image_transport rosbag_storage message_generation)
+add_service_files(FILES SaveMap.srv)
+generate_messages()
+catkin_package(
+  INCLUDE_DIRS include planar/include mapping2d/include
+  CATKIN_DEPENDS roscpp std_msgs std_srvs geometry_msgs sensor_msgs nav_msgs map_msgs
+    diagnostic_msgs tf2 tf2_ros tf2_msgs image_transport rosbag_storage message_runtime
+  CFG_EXTRAS planar_vslam-extras.cmake)
+
+set(pv_config_dir ${CATKIN_DEVEL_PREFIX}/share/planar_vslam/cmake)
+set(pv_bag_files pv::rosbag)
+set(PLANAR_VSLAM_TESTS ${CATKIN_ENABLE_TESTING})

@@ -1,0 +1,69 @@
+#pragma once
+// What the estimator says: of every frame, and of the run so far.
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "planar_vslam/backend/look_back.h"
+#include "planar_vslam/frontend/tracking_state.h"
+#include "planar_vslam/geometry/rigid2.h"
+#include "planar_vslam/geometry/rigid3.h"
+#include "planar_vslam/geometry/stopwatch.h"
+#include "planar_vslam/pipeline/map_scale.h"
+#include "planar_vslam/pipeline/stage_statistics.h"
+
+namespace planar_vslam {
+
+struct FrameReport {
+  Timestamp stamp;
+  TrackingState state = TrackingState::kInitializing;
+  std::optional<Rigid3> T_map_base;            // of a metric map, or of an unscaled one when `metric` is false
+  Matrix6d covariance = Matrix6d::Identity();  // tangent [translation, rotation] at the pose
+  // Where the odometry frame, as its source gives it, lies on the floor of the map. The base is projected, not the
+  // frame: that one tilts about an origin far away.
+  std::optional<Rigid2> T_map_odom;
+  bool metric = false;
+  int inliers = 0;
+  bool keyframe = false;
+  bool odometry_rejected = false;
+  std::string waiting_for;  // while there is no pose, or no metric one: what is missing
+  StageTimes times;         // of this frame, and of mapping jobs collected with it
+  double total_ms = 0.0;    // that the caller waited
+};
+
+// How an unscaled map was made metric.
+struct ScaleReport {
+  double by_steps = 0.0;                                       // the paper's ratio
+  double by_centroids = 0.0;                                   // Horn's
+  double applied = 0.0;                                        // by all sources, see map_scale.h
+  std::vector<std::pair<Timestamp, Rigid3>> unscaled_cameras;  // T_map_camera of the keyframes it was recovered from
+  KeyframeId keyframe;                                         // the newest one at that moment
+  Timestamp stamp;
+};
+
+struct LoopReport {
+  ClosedLoop closed;
+  Timestamp keyframe;  // of the keyframe that closed it
+  Timestamp in_map;    // of the frame after which the map showed it
+};
+
+struct EstimatorReport {
+  std::map<TrackingState, long> frames;
+  long keyframes_made = 0, keyframes_culled = 0;
+  std::vector<LoopReport> loops;
+  long odometry_rejected = 0;
+  long slips = 0;                           // times the wheels went another way than the view
+  std::optional<ScaleReport> scale;         // only where the map was scaled
+  MapScale map_scale;                       // of the map as it is now
+  std::optional<double> scale_known_after;  // m driven until its standard deviation was good enough
+  std::optional<Timestamp> initialized;     // first frame with a map
+  // Frames whose odometry had its covariance from the noise model, or all of it from messages.
+  long odometry_by_model = 0, odometry_by_messages = 0;
+  // Adjustments of the map that failed and left it as it was, by what the solver said.
+  std::map<std::string, long> failed_adjustments;
+  StageStatistics stages;
+};
+
+}  // namespace planar_vslam

@@ -1,0 +1,58 @@
+#pragma once
+// What is now: features of each frame, its pose in the map, the trajectory so far. Knows the map as a snapshot that
+// never changes, and follows the changes it is told of.
+#include <memory>
+#include <optional>
+
+#include "planar_vslam/feature/orb_extractor.h"
+#include "planar_vslam/frontend/initializer.h"
+#include "planar_vslam/frontend/tracker.h"
+#include "planar_vslam/pipeline/early_frames.h"
+#include "planar_vslam/pipeline/frame_report.h"
+#include "planar_vslam/pipeline/map_accuracy.h"
+#include "planar_vslam/pipeline/map_change.h"
+#include "planar_vslam/pipeline/mapping.h"
+#include "planar_vslam/pipeline/options.h"
+#include "planar_vslam/pipeline/synchronizer.h"
+#include "planar_vslam/pipeline/trajectory_recorder.h"
+
+namespace planar_vslam {
+
+class Localization {
+ public:
+  // There is no map: the first frames make one. `trajectory_frames`: how many frames are remembered; 0: all.
+  Localization(const PipelineOptions& options, const MeasurementModel& model, std::size_t trajectory_frames);
+
+  // Finds frames in `map` from now on, wherever in it they are.
+  void StartIn(std::shared_ptr<const Map> map);
+  // The next frame is at `T_map_base`, with this covariance (right tangent [translation, rotation]). There is a map.
+  void StartAt(const Rigid3& T_map_base, const Matrix6d& covariance);
+  // Follows a map that has changed.
+  void Follow(const MapChange& change);
+
+  // The pose of the packet's frame. While there is no map a new one may come of it, which `new_map` is given; it counts
+  // from then on. Fills in the report but for T_map_odom, keyframe and total_ms.
+  TrackedFrame Locate(const FramePacket& packet, bool may_make_keyframe, FrameReport* report,
+                      std::shared_ptr<const Map>* new_map);
+
+  const std::shared_ptr<const Map>& map() const { return map_; }
+  const TrajectoryRecorder& trajectory() const { return trajectory_; }
+
+ private:
+  std::shared_ptr<const Map> Initialize(const FramePacket& packet, TrackedFrame* frame, FrameReport* report);
+  void Track(const FramePacket& packet, bool may_make_keyframe, TrackedFrame* frame, FrameReport* report);
+  void Record(const FramePacket& packet, bool was_localized, TrackedFrame* frame);
+
+  const PipelineOptions options_;
+  const MeasurementModel model_;
+  OrbExtractor extractor_;
+  Initializer initializer_;
+  Tracker tracker_;
+  std::shared_ptr<const Map> map_;
+  std::optional<KeyframeAccuracy> accuracy_;
+  TrajectoryRecorder trajectory_;
+  EarlyFrames early_frames_;
+  Rigid3 T_map_base_;  // of the last frame with a pose
+};
+
+}  // namespace planar_vslam

@@ -1,0 +1,32 @@
+#pragma once
+// How the map has changed: what those who use it have to follow.
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "planar_vslam/backend/map_keyframe.h"
+#include "planar_vslam/pipeline/frame_report.h"
+#include "planar_vslam/pipeline/map_accuracy.h"
+
+namespace planar_vslam {
+
+struct MapChange {
+  struct NewKeyframe {
+    KeyframeId id;
+    Timestamp stamp;
+    Rigid3 T_map_base_proposed;  // of its frame, in the map of that moment
+  };
+
+  std::shared_ptr<const Map> map;  // as it is now; never null
+  std::optional<NewKeyframe> keyframe;
+  std::vector<CulledKeyframe> keyframes_culled;
+  std::optional<ScaleReport> scaled;  // it became metric
+  std::optional<LoopReport> loop;     // it was bent; `in_map` is the follower's to say
+  std::optional<MapScale> scale;      // how well its scale is known now
+  std::optional<KeyframeAccuracy> accuracy;
+  std::string failure;  // of an adjustment, which left the map as it was
+  StageTimes times;     // of the job
+};
+
+}  // namespace planar_vslam

@@ -1,0 +1,86 @@
+#pragma once
+// The jobs that change a map, and the threads they run on. Two of the paper's three parallel activities live here; the
+// third is the caller, which tracks and never waits for either:
+//   writer    maps keyframes, makes an unscaled map metric, puts corrections into the map; one job at a time
+//   searcher  looks for loops and closes them, adjusts the map as a whole: long jobs on a snapshot. What they find is a
+//             correction, which the writer puts into the map as it is by then (map_correction.h)
+// With the inline schedule each job runs when it is asked for, and the map is never older than its correction.
+#include <functional>
+#include <future>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "planar_vslam/backend/look_back.h"
+#include "planar_vslam/backend/map_keyframe.h"
+#include "planar_vslam/pipeline/executor.h"
+#include "planar_vslam/pipeline/map_change.h"
+#include "planar_vslam/pipeline/map_scale.h"
+
+namespace planar_vslam {
+
+enum class Schedule { kInline, kThreaded };
+
+struct MapJobsContext {
+  MapperContext mapper;
+  ScaleOptions scale;
+};
+
+class MapJobs {
+ public:
+  MapJobs(const MapJobsContext& context, std::shared_ptr<const Map> map, Schedule schedule);
+  ~MapJobs();
+  MapJobs(const MapJobs&) = delete;
+  MapJobs& operator=(const MapJobs&) = delete;
+
+  const std::shared_ptr<const Map>& map() const { return map_; }
+  // Whether the writer has something to do: no keyframe may come before it is done.
+  bool busy() const { return writing_.has_value() || correction_.has_value(); }
+
+  // The writer must not be busy. `T_map_base` is that of the proposal's frame.
+  void AddKeyframe(KeyframeProposal proposal);
+  // Multiplies the unscaled map by exp(log_scale); it is adjusted as a whole next.
+  void MakeMetric(double log_scale, Timestamp stamp);
+  // As soon as the searcher is free.
+  void AdjustWholeMap(int max_iterations) { adjust_due_ = max_iterations; }
+
+  // The changes since the last call, in their order; starts what has become due. `wait`: until nothing is left to do.
+  std::vector<MapChange> Collect(bool wait);
+  // On the caller, when nothing is left to do: an edit, and an adjustment of the whole map. The latter gives the reason
+  // where it fails and the map stays.
+  void Edit(const MapEdit& edit);
+  Expected<MapChange> AdjustNow(int max_iterations);
+
+ private:
+  struct Writing {
+    std::future<MapChange> change;
+    bool corrects = false;  // puts a correction into the map
+  };
+  // What the searcher found, on which snapshot.
+  struct Found {
+    std::shared_ptr<const Map> snapshot, corrected;  // the latter is null where nothing is to be corrected
+    MapCorrection correction;
+    MapChange change;  // but for the map
+  };
+
+  void Write(std::function<MapChange()> job, bool corrects);
+  bool StartDue();
+  void Search();
+  void Heed(Found found, std::vector<MapChange>* changes);
+  Found Adjust(const std::shared_ptr<const Map>& snapshot, int max_iterations) const;
+  Found LookBackFrom(const std::shared_ptr<const Map>& snapshot) const;
+  MapChange Correct(const Found& found, const std::shared_ptr<const Map>& now) const;
+
+  const MapJobsContext context_;
+  std::shared_ptr<const Map> map_;
+  std::shared_ptr<const Map> retired_;  // the last but one: big maps are taken apart on the writer's thread
+  std::optional<Writing> writing_;
+  std::optional<std::future<Found>> searching_;
+  std::optional<Found> correction_;              // waits for the writer
+  bool look_back_due_ = false;                   // a keyframe came that the searcher has not seen
+  std::optional<int> adjust_due_;                // the whole map, with at most so many iterations
+  std::unique_ptr<Executor> searcher_, writer_;  // last: their jobs end before the rest goes
+};
+
+}  // namespace planar_vslam

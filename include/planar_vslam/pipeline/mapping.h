@@ -1,0 +1,65 @@
+#pragma once
+// What is true: the map, and how it grows. Tracked frames come in; the changes their keyframes make to the map come out
+// some frames later. Owns the map as long as it grows; absent while a robot only localises.
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "planar_vslam/frontend/tracker.h"
+#include "planar_vslam/pipeline/map_jobs.h"
+#include "planar_vslam/pipeline/sweep_collector.h"
+#include "planar_vslam/pipeline/synchronizer.h"
+#include "planar_vslam/pipeline/trajectory_recorder.h"
+
+namespace planar_vslam {
+
+// A frame as tracking left it.
+struct TrackedFrame {
+  FrameFeaturesPtr features;
+  std::optional<PlanarMotion> step;   // by odometry since the frame before
+  TrackResult track;                  // where there was a map to track in
+  std::optional<std::size_t> number;  // in the trajectory; nothing for a frame without a pose
+};
+
+class Mapping {
+ public:
+  // Grows `map`, which holds keyframes. `may_link`: the next keyframe may hang on the newest one by odometry, for
+  // odometry is counted from it on.
+  Mapping(const MapJobsContext& context, std::shared_ptr<const Map> map, Schedule schedule, bool may_link);
+
+  const std::shared_ptr<const Map>& map() const { return jobs_.map(); }
+  // Whether a frame may become a keyframe now: the one before is in the map.
+  bool ready() const { return !jobs_.busy(); }
+  // While the map is not metric: what its scale waits for.
+  const std::string& scale_missing() const { return scale_missing_; }
+
+  // The first frames' sweeps wait like any other's.
+  void AddSweeps(const FramePacket& packet, std::size_t number) { sweeps_.Add(packet, number); }
+  // Takes what the frame says of the map; where it wants to be a keyframe and may, it becomes one: true.
+  bool Add(const FramePacket& packet, TrackedFrame frame, const TrajectoryRecorder& trajectory);
+  // Changes since the last call, in their order; `wait`: until nothing is left to do.
+  std::vector<MapChange> Collect(bool wait);
+  // At least as thoroughly as the map is adjusted in the end; as soon as the searcher is free.
+  void AdjustWholeMap();
+  // Takes the sweeps that wait, and adjusts the map as a whole where `adjust`. After Collect(true). The reason where
+  // the adjustment fails; the sweeps are in the map all the same.
+  Expected<MapChange> Finish(const TrajectoryRecorder& trajectory, bool adjust);
+
+ private:
+  void Propose(const FramePacket& packet, TrackedFrame frame, const TrajectoryRecorder& trajectory);
+  void CountSightingsOf(const FrameMatches& matches);
+  void TryScaleRecovery(const MapChange& change);
+  int FinalIterations() const;
+
+  const MapJobsContext context_;
+  const KeyframeId session_begin_;              // the first keyframe that is not of a map before
+  std::optional<PlanarMotion> since_keyframe_;  // by odometry; nothing where that does not lead here
+  CountSightings sightings_;                    // likewise
+  SweepCollector sweeps_;
+  ScaleGate scale_gate_;
+  std::string scale_missing_;
+  MapJobs jobs_;  // last: its jobs end before the rest goes
+};
+
+}  // namespace planar_vslam

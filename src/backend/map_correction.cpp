@@ -1,0 +1,72 @@
+#include "planar_vslam/backend/map_correction.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace planar_vslam {
+namespace {
+
+// How each keyframe moves, as a motion of the map frame. Knows also keyframes that are gone by now.
+class KeyframeMotions {
+ public:
+  KeyframeMotions(const Map& now, const std::vector<CorrectedKeyframe>& corrected) {
+    const std::uint32_t count = std::max(now.next_keyframe_id, corrected.empty() ? 0U : corrected.back().id.value + 1);
+    T_new_old_.resize(count);
+    for (const CorrectedKeyframe& k : corrected) T_new_old_[k.id.value] = k.T_map_after * k.T_map_before.Inverse();
+    const Rigid3 newest = corrected.empty() ? Rigid3() : *T_new_old_[corrected.back().id.value];
+    for (const auto& [id, keyframe] : now.keyframes) {
+      if (Knows(id)) continue;
+      // Links lead to earlier keyframes, which have been through here.
+      T_new_old_[id.value] = keyframe.odometry_link.has_value() ? Of(keyframe.odometry_link->from) : newest;
+    }
+  }
+
+  bool Knows(KeyframeId id) const { return id.value < T_new_old_.size() && T_new_old_[id.value].has_value(); }
+  const Rigid3& Of(KeyframeId id) const { return *T_new_old_[id.value]; }
+  const Rigid3& Of(const Landmark& landmark) const {
+    return Of(Knows(landmark.created_by) ? landmark.created_by : landmark.observations.front().keyframe);
+  }
+
+ private:
+  std::vector<std::optional<Rigid3>> T_new_old_;  // by id
+};
+
+}  // namespace
+
+MapCorrection CorrectionBetween(const Map& before, const Map& after, MapEdit structure) {
+  MapCorrection correction;
+  for (const auto& [id, keyframe] : before.keyframes) {
+    const Keyframe* moved = after.keyframes.Find(id);
+    if (moved != nullptr) correction.keyframes.push_back({id, keyframe.T_map_base, moved->T_map_base});
+  }
+  for (const auto& [id, landmark] : before.landmarks) {
+    const Landmark* moved = after.landmarks.Find(id);
+    if (moved != nullptr) correction.landmarks.push_back({id, landmark.p_map, moved->p_map});
+  }
+  correction.structure = std::move(structure);
+  return correction;
+}
+
+Map Rebase(Map now, const MapCorrection& correction) {
+  const KeyframeMotions motions(now, correction.keyframes);
+  MapEdit edit;
+  edit.reserve(now.keyframes.size() + now.landmarks.size() + correction.structure.size());
+  for (const auto& [id, keyframe] : now.keyframes) {
+    edit.emplace_back(SetKeyframePose{id, motions.Of(id) * keyframe.T_map_base});
+  }
+  auto corrected = correction.landmarks.begin();
+  for (const auto& [id, landmark] : now.landmarks) {
+    while (corrected != correction.landmarks.end() && corrected->id < id) ++corrected;
+    const Rigid3& T_new_old = motions.Of(landmark);
+    const bool in_both = corrected != correction.landmarks.end() && corrected->id == id;
+    const Eigen::Vector3d p_map =
+        in_both ? Eigen::Vector3d(corrected->p_map_after +
+                                  T_new_old.rotation * Eigen::Vector3d(landmark.p_map - corrected->p_map_before))
+                : T_new_old * landmark.p_map;
+    edit.emplace_back(SetLandmarkPosition{id, p_map});
+  }
+  edit.insert(edit.end(), correction.structure.begin(), correction.structure.end());
+  return Apply(std::move(now), edit);
+}
+
+}  // namespace planar_vslam

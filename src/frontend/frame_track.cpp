@@ -1,0 +1,225 @@
+#include "frame_track.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "planar_vslam/geometry/tangent_parts.h"
+#include "planar_vslam/map/queries.h"
+#include "pose_difference.h"
+
+namespace planar_vslam {
+namespace {
+
+constexpr double kChi2ThreeDof999 = 16.266;  // chi-square, 3 dof, 99.9 %
+
+Matrix6d Propagate(const Matrix6d& covariance, const Rigid3& T_i_j) {
+  const Matrix6d adjoint = AdjointSe3(T_i_j.Inverse());
+  return adjoint * covariance * adjoint.transpose();
+}
+
+// Whether one part of a difference is larger than its covariance explains.
+bool IsBeyond(const Vector6d& difference, const Matrix6d& covariance, const std::array<int, 3>& rows) {
+  const Eigen::Vector3d part = difference(rows);
+  const Eigen::Matrix3d P = covariance(rows, rows);
+  return part.dot(P.ldlt().solve(part)) > kChi2ThreeDof999;
+}
+
+bool MapHasFloor(const TrackerContext& context, const Map& map) {
+  return map.metric && context.planar.mode != PlanarMode::kOff;
+}
+
+// px that a landmark may lie off, one sigma.
+double PixelSigmaOf(const PosePrediction& prediction, const CameraModel& camera) {
+  constexpr double kTypicalDepth = 3.0;  // m, turns a position error into pixels
+  const double heading = std::sqrt(prediction.covariance(5, 5));
+  const double position = std::sqrt(prediction.covariance.topLeftCorner<2, 2>().trace());
+  return camera.fx * std::hypot(heading, position / kTypicalDepth);
+}
+
+}  // namespace
+
+FrameTrack::FrameTrack(const TrackerContext& context, const TrackInput& input, const Map& map, const LastFrame* last,
+                       bool on_floor)
+    : context_(context),
+      input_(input),
+      map_(map),
+      last_(last),
+      view_{input.features, input.T_base_camera, context.camera, context.planar, context.pixel_sigma} {
+  if (!on_floor || !MapHasFloor(context, map)) view_.planar.mode = PlanarMode::kOff;
+  if (last_ != nullptr) prediction_ = Predict();
+  used_ = prediction_;
+}
+
+std::optional<Rigid3> FrameTrack::OdometryStep() const {
+  if (!map_.metric || !input_.odometry.has_value()) return std::nullopt;
+  return Embed3(input_.odometry->T_i_j);
+}
+
+PosePrediction FrameTrack::PredictWithoutOdometry() const {
+  const Rigid3 T_map_last = last_->T_map_base(map_);
+  return {last_->velocity.has_value() && last_->tracked ? T_map_last * *last_->velocity : T_map_last, last_->covariance,
+          false};
+}
+
+PosePrediction FrameTrack::Predict() const {
+  const std::optional<Rigid3> step = OdometryStep();
+  if (!step.has_value()) return PredictWithoutOdometry();
+  return {last_->T_map_base(map_) * *step,
+          Propagate(last_->covariance, *step) + LiftedCovariance(*input_.odometry, context_.odometry_noise), true};
+}
+
+bool FrameTrack::FollowLastFrame() {
+  if (!last_->tracked) return false;
+  if (SearchLastFrame()) return true;
+  if (!prediction_.from_odometry) return false;
+  used_ = PredictWithoutOdometry();
+  if (SearchLastFrame()) return true;
+  used_ = prediction_;
+  return false;
+}
+
+bool FrameTrack::SearchLastFrame() {
+  constexpr std::array<double, 2> kWindows{1.0, 2.5};  // times tracker.frame_search_radius
+  constexpr double kRatio = 0.9;                       // few landmarks, and most of them are there: loose
+  constexpr int kEnoughMatches = 20;
+  for (const double window : kWindows) {
+    result_.matches = FrameMatches{};
+    result_.T_map_base = used_.T_map_base;
+    ProjectionSearchOptions search;
+    search.radius = window * context_.options.frame_search_radius;
+    search.ratio = kRatio;
+    SearchByProjection(map_, last_->landmarks, used_.T_map_base * view_.T_base_camera, view_.camera, *view_.features,
+                       search, &result_.matches);
+    if (result_.matches.count >= kEnoughMatches && Optimize()) return true;
+  }
+  return false;
+}
+
+bool FrameTrack::SearchAroundPrediction() {
+  constexpr double kReach = 2.0;    // times tracker.nearby_distance: the pose is not well known
+  constexpr double kSigmas = 3.0;   // of the prediction, in pixels, make the window
+  constexpr double kRatio = 0.75;   // a wide window shows many that look alike: strict
+  constexpr int kMaxDistance = 60;  // bits, likewise
+  const TrackerOptions& o = context_.options;
+  const Rigid3 T_map_camera = used_.T_map_base * view_.T_base_camera;
+  const std::vector<KeyframeId> keyframes = NearbyKeyframes(
+      map_, T_map_camera, kReach * o.nearby_distance, o.nearby_angle, static_cast<std::size_t>(o.local_keyframes));
+  ProjectionSearchOptions search;
+  search.radius = std::clamp(kSigmas * PixelSigmaOf(used_, view_.camera), o.frame_search_radius, o.rematch_radius_max);
+  search.ratio = kRatio;
+  search.max_distance = kMaxDistance;
+  result_.matches = FrameMatches{};
+  result_.T_map_base = used_.T_map_base;
+  SearchByProjection(map_, LandmarksOf(map_, keyframes), T_map_camera, view_.camera, *view_.features, search,
+                     &result_.matches);
+  return result_.matches.count >= o.min_inliers_rematch && Optimize() && result_.inliers >= o.min_inliers_rematch &&
+         !result_.odometry_rejected;
+}
+
+bool FrameTrack::Take(std::optional<Placement> placement) {
+  used_.from_odometry = false;
+  if (!placement.has_value()) return false;
+  result_ = TrackResult{};
+  result_.T_map_base = placement->T_map_base;
+  result_.covariance = placement->covariance;
+  result_.inliers = placement->matches.count;
+  result_.matches = std::move(placement->matches);
+  return true;
+}
+
+bool FrameTrack::TrackLocalMap() {
+  constexpr std::size_t kNearby = 10;  // keyframes beside those that see the same
+  const TrackerOptions& o = context_.options;
+  const Rigid3 T_map_camera = result_.T_map_base * view_.T_base_camera;
+  std::vector<KeyframeId> local =
+      VotedKeyframes(map_, result_.matches.landmarks, static_cast<std::size_t>(o.local_keyframes));
+  if (map_.metric) {
+    const std::vector<KeyframeId> near =
+        NearbyKeyframes(map_, T_map_camera, o.nearby_distance, o.nearby_angle, kNearby);
+    local.insert(local.end(), near.begin(), near.end());
+  }
+  ProjectionSearchOptions search;
+  search.radius = o.map_search_radius;
+  result_.matches.visible = ValidOnly(result_.matches.landmarks);
+  SearchByProjection(map_, LandmarksOf(map_, local), T_map_camera, view_.camera, *view_.features, search,
+                     &result_.matches);
+  return Optimize();
+}
+
+bool FrameTrack::Optimize() {
+  std::vector<PoseObservation> observations = ObservationsOf(map_, view_, result_.matches);
+  PoseOnlyProblem problem = PoseProblem(view_, result_.T_map_base);
+  if (used_.from_odometry) problem.prior = PosePrior{used_.T_map_base, SquareRootInformation(used_.covariance)};
+  PoseOnlyResult pose = OptimizePose(problem, &observations);
+  const auto is_beyond = [&](const std::array<int, 3>& rows) {
+    return used_.from_odometry &&
+           IsBeyond(LogSe3(used_.T_map_base.Inverse() * pose.T_map_base), used_.covariance, rows);
+  };
+  const auto optimize_again = [&] {
+    for (PoseObservation& o : observations) o.inlier = true;
+    pose = OptimizePose(problem, &observations);
+  };
+  result_.tilted = is_beyond(kFloorRows);
+  if (result_.tilted) {  // a sill, a ramp: what the wheels measured stands
+    problem.prior->planar = true;
+    optimize_again();
+  }
+  result_.odometry_rejected = is_beyond(kPlanarRows);
+  if (result_.odometry_rejected) {  // slip, or a wrong match: let vision speak alone
+    problem.prior.reset();
+    optimize_again();
+  }
+  result_.T_map_base = pose.T_map_base;
+  result_.inliers = pose.inliers;
+  result_.covariance = CovarianceOf(pose);
+  KeepInliers(observations, &result_.matches);
+  const bool odometry_agrees = used_.from_odometry && !result_.odometry_rejected;
+  const TrackerOptions& o = context_.options;
+  return result_.inliers >= (odometry_agrees ? o.min_inliers_odometry : o.min_inliers);
+}
+
+bool FrameTrack::IsJump() const {
+  constexpr double kJumpDistance = 1.0;  // m
+  constexpr double kJumpAngle = DegreesToRadians(20.0);
+  return prediction_.from_odometry && !IsNear(prediction_.T_map_base, result_.T_map_base, kJumpDistance, kJumpAngle);
+}
+
+bool FrameTrack::IsLookAlike() const {
+  return IsJump() && result_.inliers < PlaceLimits::kLeastShare * static_cast<double>(result_.matches.visible.size());
+}
+
+TrackResult FrameTrack::Found() const {
+  TrackResult found = result_;
+  found.odometry_rejected = found.odometry_rejected || used_.from_odometry != prediction_.from_odometry;
+  if (found.odometry_rejected) {
+    found.slip = LogSe2(ProjectToPlane(prediction_.T_map_base).Inverse() * ProjectToPlane(found.T_map_base));
+  }
+  return found;
+}
+
+TrackResult FrameTrack::Predicted() const {
+  TrackResult predicted = result_;
+  predicted.status = prediction_.from_odometry ? TrackingState::kOdometry : TrackingState::kLost;
+  predicted.T_map_base = prediction_.T_map_base;
+  predicted.covariance = prediction_.covariance;
+  predicted.matches = FrameMatches{};
+  predicted.matches.landmarks.resize(view_.features->keypoints.size());
+  predicted.inliers = 0;
+  return predicted;
+}
+
+std::optional<FloorReading> FrameTrack::ReadFloorOf(const TrackResult& found) const {
+  if (!MapHasFloor(context_, map_)) return std::nullopt;
+  std::vector<PoseObservation> observations = ObservationsOf(map_, view_, found.matches);
+  PoseOnlyProblem problem = PoseProblem(view_, found.T_map_base);
+  problem.floor = PlanarMode::kOff;
+  if (prediction_.from_odometry && !found.odometry_rejected) {
+    problem.prior = PosePrior{prediction_.T_map_base, SquareRootInformation(prediction_.covariance), found.tilted};
+  }
+  const PoseOnlyResult pose = OptimizePose(problem, &observations);
+  return ReadFloor(input_.stamp, pose.T_map_base, CovarianceOf(pose), problem.sigma_height, problem.sigma_tilt);
+}
+
+}  // namespace planar_vslam

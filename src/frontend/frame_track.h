@@ -1,0 +1,68 @@
+#pragma once
+// One frame on its way to a pose, for the time of one Tracker::Track: what is predicted of it, and the ways to find
+// landmarks of the map from there. Each way leaves pose and matches behind for the next and for result(), and says
+// whether they are enough.
+#include <optional>
+
+#include "planar_vslam/frontend/tracker.h"
+#include "planar_vslam/planar/floor_monitor.h"
+#include "planar_vslam/recognition/place.h"
+
+namespace planar_vslam {
+
+struct PosePrediction {
+  Rigid3 T_map_base;
+  Matrix6d covariance = Matrix6d::Zero();
+  bool from_odometry = false;
+};
+
+class FrameTrack {
+ public:
+  // `last` is null where no frame had a pose yet; all must outlive it but `last`, which is read by the constructor and
+  // FollowLastFrame only.
+  FrameTrack(const TrackerContext& context, const TrackInput& input, const Map& map, const LastFrame* last,
+             bool on_floor);
+
+  // Odometry's or, without it or scale, that of the motion so far.
+  const PosePrediction& prediction() const { return prediction_; }
+  const CameraView& view() const { return view_; }
+  std::optional<Rigid3> OdometryStep() const;
+
+  // Landmarks of the last frame around the prediction; then, after a large slip, around where the motion so far leads.
+  bool FollowLastFrame();
+  // The map around odometry's prediction, window by its covariance, where vision agrees with it.
+  bool SearchAroundPrediction();
+  // A pose that vision found by itself: odometry takes no part from here on.
+  bool Take(std::optional<Placement> placement);
+  // From a first pose: more of the map around it, all adjusted together.
+  bool TrackLocalMap();
+
+  // Farther from the prediction than drift of odometry or map explains: the robot was kidnapped.
+  bool IsJump() const;
+  // Buildings repeat themselves: a far place that only looks alike shows little of what should be in view there.
+  bool IsLookAlike() const;
+
+  // With the pose found, `status` and what is relative to a keyframe left open.
+  TrackResult Found() const;
+  // With the prediction, where nothing was found.
+  TrackResult Predicted() const;
+  // The pose found, solved once more without the floor, against it. Nothing where no floor takes part in this map.
+  std::optional<FloorReading> ReadFloorOf(const TrackResult& found) const;
+
+ private:
+  PosePrediction PredictWithoutOdometry() const;
+  PosePrediction Predict() const;
+  bool SearchLastFrame();
+  bool Optimize();
+
+  const TrackerContext& context_;
+  const TrackInput& input_;
+  const Map& map_;
+  const LastFrame* last_;
+  CameraView view_;
+  PosePrediction prediction_;
+  PosePrediction used_;  // what takes part in the pose
+  TrackResult result_;
+};
+
+}  // namespace planar_vslam

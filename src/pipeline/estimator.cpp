@@ -1,0 +1,280 @@
+#include "planar_vslam/pipeline/estimator.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "planar_vslam/geometry/tangent_parts.h"
+
+namespace planar_vslam {
+namespace {
+
+// Without odometry only the images themselves can start a map.
+PipelineOptions UsableOptions(PipelineOptions options, bool with_odometry) {
+  if (!with_odometry) options.initializer.mode = InitializationMode::kVisual;
+  return options;
+}
+
+EstimatorSettings UsableSettings(EstimatorSettings settings) {
+  settings.options = UsableOptions(std::move(settings.options), settings.with_odometry);
+  return settings;
+}
+
+MeasurementModel MakeMeasurementModel(const EstimatorSettings& settings) {
+  const PipelineOptions& options = settings.options;
+  MeasurementModel model{settings.camera, options.odometry_noise, options.planar, options.bundle, options.pixel_sigma};
+  if (!settings.has_base) model.planar.mode = PlanarMode::kOff;  // nothing is known about a floor
+  return model;
+}
+
+MapJobsContext MakeJobsContext(const PipelineOptions& options, const MeasurementModel& model) {
+  return {{model, options.mapper, options.scan_match, options.systematic, options.loop}, options.scale};
+}
+
+// m from the nearest keyframe; infinite where there is none.
+double DistanceToMap(const Map& map, const Rigid3& T_map_base) {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const auto& [id, keyframe] : map.keyframes) {
+    nearest = std::min(nearest, (keyframe.T_map_base.translation - T_map_base.translation).norm());
+  }
+  return nearest;
+}
+
+}  // namespace
+
+struct Estimator::Session {
+  Session(const EstimatorSettings& settings, const MeasurementModel& model)
+      : localization(settings.options, model, settings.trajectory_frames) {}
+
+  void Count(const FrameReport& frame, const std::optional<PlanarMotion>& step);
+  void Count(const MapChange& change, double max_scale_sigma);
+
+  Localization localization;
+  EstimatorReport report;
+  bool slipping = false;  // the last frame was
+  double distance = 0.0;  // m, driven by the wheels since the first frame
+  Timestamp last_frame;
+  std::optional<Mapping> mapping;  // while the map grows; last: its jobs end before the rest goes
+};
+
+Estimator::Input::Input(const EstimatorSettings& settings)
+    : corrector(settings.options.calibration), synchronizer(settings.with_odometry) {}
+
+Estimator::Estimator(const EstimatorSettings& settings)
+    : settings_(UsableSettings(settings)),
+      model_(MakeMeasurementModel(settings_)),
+      mode_(settings.options.mode),
+      map_camera_(settings.camera) {
+  Restart();
+}
+
+Estimator::~Estimator() = default;
+
+std::vector<FrameReport> Estimator::Add(CameraFrame frame) {
+  input_->synchronizer.Push(input_->corrector.Correct(std::move(frame)));
+  return Drain();
+}
+
+std::vector<FrameReport> Estimator::Add(const OdometryReading& reading) {
+  const OdometryReading corrected = input_->corrector.Correct(reading);
+  input_->synchronizer.Push(corrected);
+  if (settings_.with_odometry) input_->wheels.Push({corrected.stamp, reading.T_odom_base});
+  return Drain();
+}
+
+std::vector<FrameReport> Estimator::Add(LaserFrame frame) {
+  input_->synchronizer.Push(input_->corrector.Correct(std::move(frame)));
+  return Drain();
+}
+
+std::vector<FrameReport> Estimator::Flush() {
+  input_->synchronizer.Finish();
+  return Drain();
+}
+
+std::vector<FrameReport> Estimator::Drain() {
+  std::vector<FrameReport> reports;
+  while (const std::optional<FramePacket> packet = input_->synchronizer.Pop()) reports.push_back(Process(*packet));
+  return reports;
+}
+
+FrameReport Estimator::Process(const FramePacket& packet) {
+  const Stopwatch total;
+  Session& session = *session_;
+  FrameReport report;
+  report.stamp = packet.image.stamp;
+  FollowMap(false, &report.times);
+  std::shared_ptr<const Map> new_map;
+  const bool may_make_keyframe = session.mapping.has_value() && session.mapping->ready();
+  TrackedFrame frame = session.localization.Locate(packet, may_make_keyframe, &report, &new_map);
+  session.Count(report, frame.step);
+  if (new_map != nullptr) {
+    StartMapping(new_map, frame.step.has_value());
+    session.mapping->AddSweeps(packet, *frame.number);
+    session.report.keyframes_made = static_cast<long>(new_map->keyframes.size());
+  } else if (session.mapping.has_value()) {
+    if (!report.metric && report.waiting_for.empty()) report.waiting_for = session.mapping->scale_missing();
+    report.keyframe = session.mapping->Add(packet, std::move(frame), session.localization.trajectory());
+    FollowMap(false, &report.times);
+  }
+  const std::optional<Rigid2> T_odom_base = input_->wheels.Interpolate(report.stamp);
+  if (report.T_map_base.has_value() && report.metric && T_odom_base.has_value()) {
+    report.T_map_odom = ProjectToPlane(*report.T_map_base) * T_odom_base->Inverse();
+  }
+  input_->wheels.DropBefore(report.stamp);
+  report.total_ms = total.Milliseconds();
+  report.times.push_back({"frame.total", report.total_ms});
+  session.report.stages.Add(report.times);
+  return report;
+}
+
+void Estimator::Session::Count(const FrameReport& frame, const std::optional<PlanarMotion>& step) {
+  ++report.frames[frame.state];
+  last_frame = frame.stamp;
+  if (frame.T_map_base.has_value() && !report.initialized.has_value()) report.initialized = frame.stamp;
+  report.odometry_rejected += frame.odometry_rejected ? 1 : 0;
+  if (frame.odometry_rejected && !slipping) ++report.slips;
+  slipping = frame.odometry_rejected;
+  if (!step.has_value()) return;
+  distance += step->distance;
+  ++(step->modelled ? report.odometry_by_model : report.odometry_by_messages);
+}
+
+void Estimator::Session::Count(const MapChange& change, double max_scale_sigma) {
+  report.keyframes_made += change.keyframe.has_value() ? 1 : 0;
+  report.keyframes_culled += static_cast<long>(change.keyframes_culled.size());
+  if (change.loop.has_value()) report.loops.push_back({change.loop->closed, change.loop->keyframe, last_frame});
+  if (change.scaled.has_value()) report.scale = change.scaled;
+  if (!change.failure.empty()) ++report.failed_adjustments[change.failure];
+  if (!change.scale.has_value()) return;
+  report.map_scale = *change.scale;
+  const std::optional<ScaleMeasurement>& fused = change.scale->fused;
+  const bool known = change.map->metric && fused.has_value() && fused->sigma <= max_scale_sigma;
+  if (known && !report.scale_known_after.has_value()) report.scale_known_after = distance;
+}
+
+// The map's changes so far reach who uses it.
+void Estimator::FollowMap(bool wait, StageTimes* times) {
+  if (!session_->mapping.has_value()) return;
+  const Stopwatch following;
+  const std::vector<MapChange> changes = session_->mapping->Collect(wait);
+  for (const MapChange& change : changes) {
+    session_->localization.Follow(change);
+    session_->Count(change, settings_.options.scale.max_sigma);
+    times->insert(times->end(), change.times.begin(), change.times.end());
+  }
+  if (!changes.empty()) times->push_back({"frame.follow_map", following.Milliseconds()});
+}
+
+void Estimator::WaitForMap() {
+  StageTimes times;
+  FollowMap(true, &times);
+  session_->report.stages.Add(times);
+}
+
+Expected<bool> Estimator::Finish() {
+  WaitForMap();
+  if (!session_->mapping.has_value()) return true;
+  const bool adjust = settings_.options.final_bundle_adjustment;
+  Expected<MapChange> finished = session_->mapping->Finish(session_->localization.trajectory(), adjust);
+  if (!finished.ok()) return finished.error();
+  session_->localization.Follow(*finished);
+  session_->Count(*finished, settings_.options.scale.max_sigma);
+  session_->report.stages.Add(finished->times);
+  return true;
+}
+
+void Estimator::StartSession(std::shared_ptr<const Map> map) {
+  session_ = std::make_unique<Session>(settings_, model_);
+  if (map == nullptr) return;
+  session_->localization.StartIn(map);
+  if (mode_ == RunMode::kMapping) StartMapping(std::move(map), false);
+}
+
+void Estimator::StartMapping(std::shared_ptr<const Map> map, bool may_link) {
+  session_->mapping.emplace(MakeJobsContext(settings_.options, model_), std::move(map), settings_.schedule, may_link);
+}
+
+void Estimator::Restart() {
+  input_ = std::make_unique<Input>(settings_);
+  StartSession(loaded_map_);
+}
+
+// Old and new keyframes of a map that grows are adjusted with one camera.
+Expected<bool> Estimator::MayGrow(const CameraModel& camera) const {
+  constexpr double kSameCamera = 0.5;  // px
+  const CameraModel& own = settings_.camera;
+  const double difference = std::max({std::abs(camera.fx - own.fx), std::abs(camera.fy - own.fy),
+                                      std::abs(camera.cx - own.cx), std::abs(camera.cy - own.cy)});
+  if (camera.width == own.width && camera.height == own.height && difference <= kSameCamera) return true;
+  return Error{"made with another camera; expected this one's, or mode localization"};
+}
+
+Expected<bool> Estimator::LoadMap(const SavedMap& saved) {
+  std::vector<std::string> problems;
+  if (saved.map.keyframes.empty()) problems.emplace_back("expected a map with keyframes");
+  if (saved.map.octave_scales != settings_.options.orb.ScaleFactors()) {
+    problems.emplace_back("made with other orb.scale_factor or orb.level_count; expected those of the configuration");
+  }
+  const Expected<bool> may_grow = MayGrow(saved.camera);
+  if (mode_ == RunMode::kMapping && !may_grow.ok()) problems.push_back(may_grow.error().message);
+  if (!problems.empty()) return Error{fmt::format("{}", fmt::join(problems, "; "))};
+  loaded_map_ = std::make_shared<const Map>(saved.map);
+  map_camera_ = saved.camera;
+  StartSession(loaded_map_);
+  return true;
+}
+
+Expected<bool> Estimator::SetMode(RunMode mode) {
+  if (mode == mode_) return true;
+  if (mode == RunMode::kLocalization) {
+    if (map() == nullptr) return Error{"mode localization: expected a map to localize in, but there is none yet"};
+    WaitForMap();
+    session_->mapping.reset();
+  } else {
+    const Expected<bool> may_grow = MayGrow(map_camera_);
+    if (map() != nullptr && !may_grow.ok()) return Error{"mode mapping: the map was " + may_grow.error().message};
+    if (map() != nullptr) StartMapping(map(), false);
+  }
+  mode_ = mode;
+  return true;
+}
+
+Expected<bool> Estimator::StartAt(const Rigid3& T_map_base, const Matrix6d& covariance) {
+  constexpr double kFarthest = 10.0;  // m from the nearest keyframe: nothing of the map is in view beyond
+  if (map() == nullptr) return Error{"pose: expected a map to stand in, but there is none yet"};
+  if (!T_map_base.translation.allFinite() || !covariance.allFinite() ||
+      Eigen::LLT<Eigen::Matrix3d>(covariance(kPlanarRows, kPlanarRows)).info() != Eigen::Success) {
+    return Error{"pose: expected finite numbers, and a covariance of x, y and yaw that is positive definite"};
+  }
+  const double distance = DistanceToMap(*map(), T_map_base);
+  if (distance > kFarthest) {
+    return Error{fmt::format("pose: {:.1f} m from the nearest keyframe; expected one in the map, at most {:.0f} m away",
+                             distance, kFarthest)};
+  }
+  session_->localization.StartAt(T_map_base, covariance);
+  return true;
+}
+
+Expected<bool> Estimator::AdjustMap() {
+  if (map() == nullptr) return Error{"expected a map to adjust, but there is none yet"};
+  if (!session_->mapping.has_value())
+    return Error{"the map stays as it is in mode localization; expected mode mapping"};
+  session_->mapping->AdjustWholeMap();
+  return true;
+}
+
+std::shared_ptr<const Map> Estimator::map() const { return session_->localization.map(); }
+const EstimatorReport& Estimator::report() const { return session_->report; }
+const TrajectoryRecorder& Estimator::trajectory() const { return session_->localization.trajectory(); }
+
+std::optional<EstimatorSnapshot> Estimator::Snapshot() const {
+  if (map() == nullptr) return std::nullopt;
+  return EstimatorSnapshot{map(), trajectory(), settings_.camera, session_->last_frame};
+}
+
+}  // namespace planar_vslam

@@ -1,0 +1,214 @@
+#include "planar_vslam/pipeline/map_jobs.h"
+
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <utility>
+
+#include "planar_vslam/geometry/check.h"
+#include "planar_vslam/planar/scale_recovery.h"
+
+namespace planar_vslam {
+namespace {
+
+constexpr int kWriterNiceness = 5;     // tracking comes first...
+constexpr int kSearcherNiceness = 10;  // ...and what nobody waits for last
+
+std::unique_ptr<Executor> MakeExecutor(Schedule schedule, int niceness) {
+  if (schedule == Schedule::kInline) return std::make_unique<InlineExecutor>();
+  return std::make_unique<WorkerExecutor>(niceness);
+}
+
+// Runs `job` on `executor`; its value comes through the future.
+template <class Job>
+auto Submit(Executor* executor, Job job) {
+  using Value = std::invoke_result_t<Job>;
+  auto task = std::make_shared<std::packaged_task<Value()>>(std::move(job));
+  std::future<Value> value = task->get_future();
+  executor->Submit([task] { (*task)(); });
+  return value;
+}
+
+template <class Value>
+bool IsReady(const std::future<Value>& value, bool wait) {
+  if (wait) value.wait();
+  return value.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+}
+
+MapChange MapProposal(const Map& snapshot, const KeyframeProposal& proposal, const MapJobsContext& context) {
+  MappingOutcome outcome = MapKeyframe(snapshot, proposal, context.mapper);
+  MapChange change;
+  const Stopwatch assessing;
+  change.scale = AssessScale(outcome.map, context.scale, context.mapper.systematic);
+  change.times = std::move(outcome.report.times);
+  change.times.push_back({"map.assess_scale", assessing.Milliseconds()});
+  change.keyframe =
+      MapChange::NewKeyframe{outcome.report.keyframe, proposal.keyframe.stamp, proposal.keyframe.T_map_base};
+  change.keyframes_culled = std::move(outcome.report.keyframes_culled);
+  if (!outcome.report.bundle.converged) change.failure = "local bundle adjustment: " + outcome.report.bundle.message;
+  change.map = std::make_shared<const Map>(std::move(outcome.map));
+  return change;
+}
+
+MapChange Scaled(const Map& snapshot, double log_scale, Timestamp stamp) {
+  const std::vector<LeverArmSample> samples = LinkedTrack(snapshot);
+  ScaleReport report{RecoverScale(samples, ScaleMethod::kSteps, 0.0).value_or(0.0),
+                     RecoverScale(samples, ScaleMethod::kCentroids, 0.0).value_or(0.0),
+                     std::exp(log_scale),
+                     {},
+                     std::prev(snapshot.keyframes.end())->first,
+                     stamp};
+  for (const auto& [id, keyframe] : snapshot.keyframes) {
+    report.unscaled_cameras.emplace_back(keyframe.stamp, keyframe.T_map_camera());
+  }
+  MapChange change;
+  change.map = std::make_shared<const Map>(ScaledToMetric(snapshot, report.applied));
+  change.scaled = std::move(report);
+  return change;
+}
+
+MeasurementModel WithIterations(MeasurementModel model, int max_iterations) {
+  model.options.max_iterations = max_iterations;
+  return model;
+}
+
+}  // namespace
+
+MapJobs::MapJobs(const MapJobsContext& context, std::shared_ptr<const Map> map, Schedule schedule)
+    : context_(context),
+      map_(std::move(map)),
+      searcher_(MakeExecutor(schedule, kSearcherNiceness)),
+      writer_(MakeExecutor(schedule, kWriterNiceness)) {}
+
+MapJobs::~MapJobs() = default;
+
+void MapJobs::Write(std::function<MapChange()> job, bool corrects) {
+  PV_CHECK(!writing_.has_value(), "two jobs for one writer");
+  writing_ = Writing{Submit(writer_.get(), std::move(job)), corrects};
+}
+
+void MapJobs::AddKeyframe(KeyframeProposal proposal) {
+  Write([this, snapshot = map_, proposal = std::move(proposal)] { return MapProposal(*snapshot, proposal, context_); },
+        false);
+}
+
+void MapJobs::MakeMetric(double log_scale, Timestamp stamp) {
+  Write([snapshot = map_, log_scale, stamp] { return Scaled(*snapshot, log_scale, stamp); }, false);
+}
+
+std::vector<MapChange> MapJobs::Collect(bool wait) {
+  std::vector<MapChange> changes;
+  if (retired_ != nullptr) writer_->Submit([map = std::exchange(retired_, nullptr)] {});
+  do {
+    if (writing_.has_value() && IsReady(writing_->change, wait)) {
+      MapChange change = writing_->change.get();
+      writing_.reset();
+      retired_ = std::exchange(map_, change.map);
+      look_back_due_ = look_back_due_ || (change.keyframe.has_value() && map_->metric);
+      if (change.scaled.has_value()) adjust_due_ = context_.mapper.model.options.max_iterations;
+      changes.push_back(std::move(change));
+    }
+    if (searching_.has_value() && IsReady(*searching_, wait)) {
+      Found found = searching_->get();
+      searching_.reset();
+      Heed(std::move(found), &changes);
+    }
+  } while (StartDue());
+  return changes;
+}
+
+// Whether something was started. A correction goes before what would be found without it.
+bool MapJobs::StartDue() {
+  bool started = false;
+  // Lengths of a map that has been made metric since are not those of the snapshot.
+  if (correction_.has_value() && correction_->snapshot->metric != map_->metric) correction_.reset();
+  if (correction_.has_value() && !writing_.has_value()) {
+    auto found = std::make_shared<const Found>(*std::exchange(correction_, std::nullopt));
+    Write([this, found, now = map_] { return Correct(*found, now); }, true);
+    started = true;
+  }
+  const bool correcting = correction_.has_value() || (writing_.has_value() && writing_->corrects);
+  if (!searching_.has_value() && !correcting && (adjust_due_.has_value() || look_back_due_)) {
+    Search();
+    started = true;
+  }
+  return started;
+}
+
+void MapJobs::Search() {
+  if (adjust_due_.has_value()) {
+    const int max_iterations = *std::exchange(adjust_due_, std::nullopt);
+    searching_ =
+        Submit(searcher_.get(), [this, snapshot = map_, max_iterations] { return Adjust(snapshot, max_iterations); });
+  } else {
+    look_back_due_ = false;
+    searching_ = Submit(searcher_.get(), [this, snapshot = map_] { return LookBackFrom(snapshot); });
+  }
+}
+
+MapJobs::Found MapJobs::Adjust(const std::shared_ptr<const Map>& snapshot, int max_iterations) const {
+  Found found;
+  found.snapshot = snapshot;
+  const Stopwatch adjusting;
+  Expected<AdjustedMap> adjusted =
+      planar_vslam::AdjustWholeMap(*snapshot, WithIterations(context_.mapper.model, max_iterations));
+  if (adjusted.ok()) {
+    found.corrected = std::make_shared<const Map>(std::move(adjusted->map));
+    found.correction = std::move(adjusted->correction);
+  } else {
+    found.change.failure = "adjustment of the whole map: " + adjusted.error().message;
+  }
+  found.change.times.push_back({"map.adjust_whole", adjusting.Milliseconds()});
+  return found;
+}
+
+MapJobs::Found MapJobs::LookBackFrom(const std::shared_ptr<const Map>& snapshot) const {
+  const auto& [newest, keyframe] = *std::prev(snapshot->keyframes.end());
+  LookBackOutcome outcome = LookBack(*snapshot, newest, context_.mapper);
+  Found found;
+  found.snapshot = snapshot;
+  found.change.failure = std::move(outcome.failure);
+  found.change.times = std::move(outcome.times);
+  found.change.accuracy = KeyframeAccuracy{newest, ProjectToPlane(keyframe.T_map_base), outcome.covariance};
+  if (outcome.closed.has_value()) {
+    found.corrected = std::move(outcome.closed->map);
+    found.correction = std::move(outcome.closed->correction);
+    found.change.loop = LoopReport{outcome.closed->loop, keyframe.stamp, {}};
+  }
+  return found;
+}
+
+void MapJobs::Heed(Found found, std::vector<MapChange>* changes) {
+  if (found.corrected != nullptr) {
+    correction_ = std::move(found);
+    return;
+  }
+  found.change.map = map_;
+  changes->push_back(std::move(found.change));
+}
+
+// On the writer: what the searcher found, in the map as it is by now.
+MapChange MapJobs::Correct(const Found& found, const std::shared_ptr<const Map>& now) const {
+  MapChange change = found.change;
+  const Stopwatch correcting;
+  change.map = now == found.snapshot ? found.corrected : std::make_shared<const Map>(Rebase(*now, found.correction));
+  change.scale = AssessScale(*change.map, context_.scale, context_.mapper.systematic);
+  change.times.push_back({"map.correct", correcting.Milliseconds()});
+  return change;
+}
+
+void MapJobs::Edit(const MapEdit& edit) {
+  PV_CHECK(!busy() && !searching_.has_value(), "an edit beside a job");
+  map_ = std::make_shared<const Map>(Apply(*map_, edit));
+}
+
+Expected<MapChange> MapJobs::AdjustNow(int max_iterations) {
+  PV_CHECK(!busy() && !searching_.has_value(), "an adjustment beside a job");
+  const Found found = Adjust(map_, max_iterations);
+  if (found.corrected == nullptr) return Error{found.change.failure};
+  MapChange change = Correct(found, map_);
+  map_ = change.map;
+  return change;
+}
+
+}  // namespace planar_vslam
