@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-
 namespace planar_vslam {
 
 namespace {

@@ -156,6 +156,44 @@ TEST_F(EndToEnd, ThreadedScheduleStaysAccurate) {
   EXPECT_LE(Errors(out / "trajectory.txt").ate.rmse, 0.06);
 }
 
+TEST_F(EndToEnd, ImagesThatComeTooLateAreDroppedAndTheirOdometryIsNot) {
+  Expected<std::unique_ptr<Recording>> recording = OpenRecording(Drive(), RecordingOptions{});
+  ASSERT_TRUE(recording.ok());
+  Estimator estimator({PipelineOptions{}, (*recording)->info().camera, true, true, Schedule::kThreaded});
+  RunSettings settings;
+  settings.rate = 40.0;  // faster than any machine
+  const Expected<RunResult> result = RunSession(**recording, estimator, settings);
+  ASSERT_TRUE(result.ok());
+  EXPECT_GT(result->frames_dropped, 0);
+  EXPECT_EQ(static_cast<long>(result->frames.size()) + result->frames_dropped, (*recording)->info().image_count);
+  ASSERT_NE(estimator.map(), nullptr);
+  ASSERT_TRUE(result->frames.back().T_map_base.has_value());
+  const auto poses = estimator.trajectory().Poses(*estimator.map());
+  Trajectory estimate;
+  for (const auto& [stamp, T] : poses) estimate.push_back({stamp, T});
+  const Expected<TrajectoryErrors> errors =
+      EvaluateTrajectory(estimate, *ReadTrajectory(Drive() / "groundtruth_base.txt"), EvaluationAlignment::kSe2);
+  ASSERT_TRUE(errors.ok());
+  EXPECT_LE(errors->ate.rmse, 0.1) << "odometry bridges what was dropped";
+}
+
+TEST_F(EndToEnd, AMapOfAnotherDayKeepsItsFloor) {
+  const fs::path mapped = folder_->path() / "level", out = folder_->path() / "another_day";
+  Run(PipelineOptions{}, mapped);
+  Expected<SavedMap> saved = LoadMapFile(mapped / "map.pvm");
+  ASSERT_TRUE(saved.ok());
+  PipelineOptions options;
+  options.planar.sigma_height = 1e-4;  // so that the floor is soon left, by this drive's word
+  options.planar.sigma_tilt = 1e-4;
+  const Outcome run = Run(options, out, Schedule::kInline, &*saved);
+  for (const auto& [id, keyframe] : saved->map.keyframes) {
+    const Keyframe* now = run.map->keyframes.Find(id);
+    if (now != nullptr) {
+      EXPECT_EQ(now->on_floor, keyframe.on_floor) << "keyframe " << id.value;
+    }
+  }
+}
+
 TEST_F(EndToEnd, ASavedMapIsLocalizedInAndStaysAsItIs) {
   const fs::path mapped = folder_->path() / "to_save", out = folder_->path() / "localized";
   const Outcome mapping = Run(PipelineOptions{}, mapped);
