@@ -20,7 +20,7 @@ import unittest
 
 SOURCE, EXECUTABLE = '', ''
 DOCUMENTS = ['README.md', 'ARCHITECTURE.md', 'CONTRIBUTING.md', 'BENCHMARK.md', 'planar/README.md', 'mapping2d/README.md', 'docs/*.md',
-             'docs/benchmarks/README.md']
+             'docs/benchmarks/README.md', 'examples/README.md']
 FIRST_WORDS = ('planar_vslam', 'rosrun', 'roslaunch', 'rosservice', 'rostopic', 'catkin', 'catkin_make', 'apt-get', 'sudo', 'cmake', 'ctest')
 FOLDERS = ('scripts/', 'bench/accuracy/', 'build/devel/lib/', '.ci/', 'test/')
 LONGEST = 60  # s, of one command
@@ -45,7 +45,8 @@ NOT_RUN = [
     (r'rosservice call /slam/\S+ .*|rosservice call /\S+( .*)?', 'needs a running node: its name is looked up in src/ros below'),
     (r'rosrun map_server .*', 'another package'),
     (r'roscore &', 'a master of the reader'),
-    (r'cmake .*', 'builds an installed example: test of the package does that'),
+    (r'cmake .*', 'builds the example against an install tree: test/install does that'),
+    (r'build/examples/\S+ .*', 'as cmake'),
     (r'clang-format-14 .*', 'a formatter, run by scripts/lint'),
 ]
 
@@ -343,6 +344,32 @@ class Links(unittest.TestCase):
                         self.assertTrue(os.path.exists(there))
                         if anchor and there.endswith('.md'):
                             self.assertIn(anchor, self.anchors(read(os.path.relpath(there, SOURCE))))
+
+
+class SourceNames(unittest.TestCase):
+    """Sources that documents name are there, and hold what the table of key classes says."""
+    ROOTS = ('', 'src/', 'include/planar_vslam/', 'planar/include/planar_vslam/', 'mapping2d/include/planar_vslam/')
+
+    def found(self, path):
+        return next((root + path for root in self.ROOTS if os.path.exists(os.path.join(SOURCE, root + path))), None)
+
+    def test_files_are_there(self):
+        for pattern in DOCUMENTS + ['docs/adr/*.md']:
+            for document in glob.glob(os.path.join(SOURCE, pattern)):
+                for path in re.findall(r'`([\w/]+/\w+\.(?:h|cpp|yaml|py|cmake|srv|launch))`', read(os.path.relpath(document, SOURCE))):
+                    with self.subTest(document=document, path=path):
+                        self.assertIsNotNone(self.found(path))
+
+    def test_key_classes_are_in_their_headers(self):
+        page = read('ARCHITECTURE.md')
+        rows = re.findall(r'^\| (`.*?) \| (`.*?) \|', page[page.index('## Key classes'):page.index('## Modules')], re.MULTILINE)
+        self.assertGreater(len(rows), 30)
+        for names, headers in rows:
+            headers = re.findall('`([^`]+)`', headers)
+            folder = os.path.dirname(headers[0])
+            text = ''.join(read(self.found(h if '/' in h else folder + '/' + h)) for h in headers)
+            for name in re.findall('`([^`]+)`', names):
+                self.assertRegex(text, r'\b%s\b' % name, str(headers))
 
 
 if __name__ == '__main__':
