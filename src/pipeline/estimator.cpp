@@ -257,6 +257,7 @@ Expected<bool> Estimator::StartAt(const Rigid3& T_map_base, const Matrix6d& cova
                              distance, kFarthest)};
   }
   session_->localization.StartAt(T_map_base, covariance);
+  if (session_->mapping.has_value()) session_->mapping->BreakMotion();
   return true;
 }
 

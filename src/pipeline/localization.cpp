@@ -113,7 +113,6 @@ void Localization::Track(const FramePacket& packet, bool may_make_keyframe, Trac
 
 void Localization::Record(const FramePacket& packet, bool was_localized, TrackedFrame* frame) {
   const TrackResult& track = frame->track;
-  report->times.insert(report->times.end(), track.times.begin(), track.times.end());
   const RecordedFrame recorded{packet.image.stamp, track.reference, track.T_ref_base, packet.T_base_camera,
                                track.status == TrackingState::kOdometry};
   if (!was_localized) {

@@ -38,6 +38,8 @@ class Mapping {
   void AddSweeps(const FramePacket& packet, std::size_t number) { sweeps_.Add(packet, number); }
   // Takes what the frame says of the map; where it wants to be a keyframe and may, it becomes one: true.
   bool Add(const FramePacket& packet, TrackedFrame frame, const TrajectoryRecorder& trajectory);
+  // The robot was put somewhere else: odometry does not lead on from the last keyframe.
+  void BreakMotion() { since_keyframe_.reset(); }
   // Changes since the last call, in their order; `wait`: until nothing is left to do.
   std::vector<MapChange> Collect(bool wait);
   // At least as thoroughly as the map is adjusted in the end; as soon as the searcher is free.
