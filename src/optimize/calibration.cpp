@@ -161,8 +161,11 @@ class CalibrationProblem {
     }
   }
 
-  Matrix6d Weight(const MotionLink& link) const {
-    return SquareRootInformation(LiftedCovariance(link.motion, context_.odometry_noise));
+  Matrix6d WheelWeight(const PlanarMotion& motion) const {
+    return SquareRootInformation(LiftedCovariance(motion, context_.odometry_noise));
+  }
+  Matrix6d LaserWeight(const PlanarMotion& motion) const {
+    return SquareRootInformation(LiftedCovariance(motion, motion.covariance, context_.odometry_noise));
   }
 
   void AddMotions() {
@@ -189,7 +192,7 @@ class CalibrationProblem {
     const Timestamp from = map_.keyframes.At(link.from).stamp;
     std::vector<OdometryReading> around = Around(readings_, from, keyframe.stamp);
     if (around.size() < 2) return;
-    odometry_.emplace_back(std::move(around), from, keyframe.stamp, Weight(link));
+    odometry_.emplace_back(std::move(around), from, keyframe.stamp, WheelWeight(link.motion));
     problem_->AddResidualBlock(&odometry_.back(), &motion_loss_, BaseOf(link.from), BaseOf(id), Scale(), Offset());
   }
 
@@ -199,7 +202,8 @@ class CalibrationProblem {
     ImageInstant i{Around(readings_, from, from), from},
         j{Around(readings_, keyframe.stamp, keyframe.stamp), keyframe.stamp};
     if (i.around.size() < 2 || j.around.size() < 2) return;
-    laser_.emplace_back(link.motion.T_i_j, std::move(i), std::move(j), present_.odometry.time_offset, Weight(link));
+    laser_.emplace_back(link.motion.T_i_j, std::move(i), std::move(j), present_.odometry.time_offset,
+                        LaserWeight(link.motion));
     problem_->AddResidualBlock(&laser_.back(), &motion_loss_, BaseOf(link.from), BaseOf(id), Offset());
   }
 

@@ -115,22 +115,22 @@ class TieCollector {
     SharedViewReader shared_views(map_);
     for (const auto& [id, keyframe] : map_.keyframes) {
       if (context_.options.use_odometry && keyframe.odometry_link.has_value()) AddWheels(id, keyframe);
-      for (const MotionLink& link : keyframe.laser_links) Add(link, id, TieSource::kLaser);
+      for (const MotionLink& link : keyframe.laser_links) Add(link, link.motion.covariance, id, TieSource::kLaser);
       AddLandmarks(id, keyframe, shared_views.Read(id, keyframe));
     }
     return std::move(ties_);
   }
 
  private:
-  MapTie& Add(const MotionLink& link, KeyframeId to, TieSource source) {
-    const Eigen::Matrix3d covariance = AtEnd(link, CovarianceWithFloor(link.motion, context_.odometry_noise));
-    ties_.push_back({index_of_[link.from.value], index_of_[to.value], covariance, source});
+  // `covariance` of the motion, as links hold it.
+  MapTie& Add(const MotionLink& link, const Eigen::Matrix3d& covariance, KeyframeId to, TieSource source) {
+    ties_.push_back({index_of_[link.from.value], index_of_[to.value], AtEnd(link, covariance), source});
     return ties_.back();
   }
 
   void AddWheels(KeyframeId id, const Keyframe& keyframe) {
     const MotionLink& link = *keyframe.odometry_link;
-    MapTie& tie = Add(link, id, TieSource::kWheels);
+    MapTie& tie = Add(link, CovarianceWithFloor(link.motion, context_.odometry_noise), id, TieSource::kWheels);
     const bool laser_agrees = std::any_of(keyframe.laser_links.begin(), keyframe.laser_links.end(),
                                           [&link](const MotionLink& l) { return l.from == link.from; });
     if (laser_agrees || !IsDoubtful(map_, map_.keyframes.At(link.from), keyframe, context_.camera)) return;
