@@ -120,13 +120,8 @@ class CalibrationProblem {
   double* Scale() { return Point(map_.landmarks.size()); }
   double* Offset() { return Scale() + kScaleSize; }
   double* Mount() { return Offset() + 1; }
-  std::size_t IndexOf(KeyframeId id) const {
-    const auto at = std::lower_bound(map_.keyframes.begin(), map_.keyframes.end(), id,
-                                     [](const auto& entry, KeyframeId k) { return entry.first < k; });
-    return static_cast<std::size_t>(at - map_.keyframes.begin());
-  }
-  double* PoseOf(KeyframeId id) { return Pose(IndexOf(id)); }
-  double* BaseOf(KeyframeId id) { return Base(IndexOf(id)); }
+  double* PoseOf(KeyframeId id) { return Pose(map_.keyframes.IndexOf(id)); }
+  double* BaseOf(KeyframeId id) { return Base(map_.keyframes.IndexOf(id)); }
 
   void AddBlocks() {
     ordering_ = std::make_unique<ceres::ParameterBlockOrdering>();
