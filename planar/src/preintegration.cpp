@@ -76,23 +76,27 @@ Eigen::Matrix3d CovarianceWithFloor(const PlanarMotion& odometry, const Odometry
   return covariance;
 }
 
-Matrix6d LiftedCovariance(const PlanarMotion& odometry, const OdometryNoise& noise) {
+Matrix6d LiftedCovariance(const PlanarMotion& motion, const Eigen::Matrix3d& planar, const OdometryNoise& noise) {
   // A right perturbation at j moves r by R(phi) d_t, so d = B^T [dr, dphi].
   Eigen::Matrix3d B = Eigen::Matrix3d::Identity();
-  B.topLeftCorner<2, 2>() = odometry.T_i_j.R();
-  const Eigen::Matrix3d planar = B.transpose() * CovarianceWithFloor(odometry, noise) * B;
+  B.topLeftCorner<2, 2>() = motion.T_i_j.R();
+  const Eigen::Matrix3d at_j = B.transpose() * planar * B;
 
-  const double height_variance = Square(noise.height_per_sqrt_meter) * odometry.distance + Square(noise.height_floor);
-  const double tilt_variance = Square(noise.tilt_per_sqrt_meter) * odometry.distance + Square(noise.tilt_floor);
+  const double height_variance = Square(noise.height_per_sqrt_meter) * motion.distance + Square(noise.height_floor);
+  const double tilt_variance = Square(noise.tilt_per_sqrt_meter) * motion.distance + Square(noise.tilt_floor);
   Matrix6d covariance = Matrix6d::Zero();
-  covariance.topLeftCorner<2, 2>() = planar.topLeftCorner<2, 2>();
-  covariance.block<2, 1>(0, 5) = planar.block<2, 1>(0, 2);
-  covariance.block<1, 2>(5, 0) = planar.block<1, 2>(2, 0);
-  covariance(5, 5) = planar(2, 2);
+  covariance.topLeftCorner<2, 2>() = at_j.topLeftCorner<2, 2>();
+  covariance.block<2, 1>(0, 5) = at_j.block<2, 1>(0, 2);
+  covariance.block<1, 2>(5, 0) = at_j.block<1, 2>(2, 0);
+  covariance(5, 5) = at_j(2, 2);
   covariance(2, 2) = height_variance;
   covariance(3, 3) = tilt_variance;
   covariance(4, 4) = tilt_variance;
   return covariance;
+}
+
+Matrix6d LiftedCovariance(const PlanarMotion& odometry, const OdometryNoise& noise) {
+  return LiftedCovariance(odometry, CovarianceWithFloor(odometry, noise), noise);
 }
 
 Matrix6d SquareRootInformation(const Matrix6d& covariance) {

@@ -1,5 +1,3 @@
-#include <algorithm>
-
 #include "stages.h"
 
 namespace planar_vslam {
@@ -59,9 +57,7 @@ MapEdit CullKeyframes(const Map& map, KeyframeId newest, const MapperOptions& op
     if (id == first || id.value + 1 >= newest.value || (newest_link.has_value() && newest_link->from == id)) continue;
     const Keyframe& keyframe = map.keyframes.At(id);
     if (!IsRedundant(map, id, keyframe, options.redundancy)) continue;
-    const auto it =
-        std::find_if(map.keyframes.begin(), map.keyframes.end(), [id](const auto& e) { return e.first == id; });
-    const auto& [anchor, anchor_keyframe] = *std::prev(it);
+    const auto& [anchor, anchor_keyframe] = *map.keyframes.Before(id);
     culled->push_back({id, anchor, anchor_keyframe.T_map_base.Inverse() * keyframe.T_map_base,
                        anchor_keyframe.T_base_camera, keyframe.T_base_camera});
     edit.emplace_back(EraseKeyframe{id});

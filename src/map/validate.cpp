@@ -1,3 +1,4 @@
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <sstream>
@@ -82,6 +83,9 @@ void CheckLinks(const Map& map, KeyframeId id, const Keyframe& keyframe, Problem
   KeyframeId previous;
   for (const MotionLink& link : keyframe.laser_links) {
     CheckLink(map, id, "laser", link, problems);
+    const bool definite = Eigen::LLT<Eigen::Matrix3d>(link.motion.covariance).info() == Eigen::Success;
+    problems->Unless(definite, "keyframe ", id.value, ": laser link from keyframe ", link.from.value,
+                     ": covariance not positive definite");
     problems->Unless(!previous.valid() || previous < link.from, "keyframe ", id.value, ": laser link from keyframe ",
                      link.from.value, " not after keyframe ", previous.value);
     previous = link.from;

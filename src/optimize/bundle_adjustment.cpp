@@ -201,16 +201,19 @@ class BundleProblem {
     for (std::size_t j = 0; j < keyframes_.size(); ++j) {
       const Keyframe& keyframe = map_.keyframes.At(keyframes_[j]);
       if (context_.options.use_odometry && keyframe.odometry_link.has_value()) {
-        AddMotion(*keyframe.odometry_link, j, problem);
+        const MotionLink& link = *keyframe.odometry_link;
+        AddMotion(link, LiftedCovariance(link.motion, context_.odometry_noise), j, problem);
       }
-      for (const MotionLink& link : keyframe.laser_links) AddMotion(link, j, problem);
+      for (const MotionLink& link : keyframe.laser_links) {
+        AddMotion(link, LiftedCovariance(link.motion, link.motion.covariance, context_.odometry_noise), j, problem);
+      }
     }
   }
 
-  void AddMotion(const MotionLink& link, std::size_t j, ceres::Problem* problem) {
+  void AddMotion(const MotionLink& link, const Matrix6d& covariance, std::size_t j, ceres::Problem* problem) {
     const std::size_t i = IndexOf(link.from);
     if (i == keyframes_.size() || (!IsFree(keyframes_[i]) && !IsFree(keyframes_[j]))) return;
-    const Matrix6d S = SquareRootInformation(LiftedCovariance(link.motion, context_.odometry_noise));
+    const Matrix6d S = SquareRootInformation(covariance);
     const Rigid3 T_i_j = Embed3(link.motion.T_i_j);
     motion_factors_.emplace_back(T_i_j, S(kPlanarRows, Eigen::all));
     problem->AddResidualBlock(&motion_factors_.back(), &odometry_loss_, PoseBlock(i), PoseBlock(j));

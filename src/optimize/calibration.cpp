@@ -120,13 +120,8 @@ class CalibrationProblem {
   double* Scale() { return Point(map_.landmarks.size()); }
   double* Offset() { return Scale() + kScaleSize; }
   double* Mount() { return Offset() + 1; }
-  std::size_t IndexOf(KeyframeId id) const {
-    const auto at = std::lower_bound(map_.keyframes.begin(), map_.keyframes.end(), id,
-                                     [](const auto& entry, KeyframeId k) { return entry.first < k; });
-    return static_cast<std::size_t>(at - map_.keyframes.begin());
-  }
-  double* PoseOf(KeyframeId id) { return Pose(IndexOf(id)); }
-  double* BaseOf(KeyframeId id) { return Base(IndexOf(id)); }
+  double* PoseOf(KeyframeId id) { return Pose(map_.keyframes.IndexOf(id)); }
+  double* BaseOf(KeyframeId id) { return Base(map_.keyframes.IndexOf(id)); }
 
   void AddBlocks() {
     ordering_ = std::make_unique<ceres::ParameterBlockOrdering>();
@@ -160,8 +155,11 @@ class CalibrationProblem {
     }
   }
 
-  Matrix6d Weight(const MotionLink& link) const {
-    return SquareRootInformation(LiftedCovariance(link.motion, context_.odometry_noise));
+  Matrix6d WheelWeight(const PlanarMotion& motion) const {
+    return SquareRootInformation(LiftedCovariance(motion, context_.odometry_noise));
+  }
+  Matrix6d LaserWeight(const PlanarMotion& motion) const {
+    return SquareRootInformation(LiftedCovariance(motion, motion.covariance, context_.odometry_noise));
   }
 
   void AddMotions() {
@@ -188,7 +186,7 @@ class CalibrationProblem {
     const Timestamp from = map_.keyframes.At(link.from).stamp;
     std::vector<OdometryReading> around = Around(readings_, from, keyframe.stamp);
     if (around.size() < 2) return;
-    odometry_.emplace_back(std::move(around), from, keyframe.stamp, Weight(link));
+    odometry_.emplace_back(std::move(around), from, keyframe.stamp, WheelWeight(link.motion));
     problem_->AddResidualBlock(&odometry_.back(), &motion_loss_, BaseOf(link.from), BaseOf(id), Scale(), Offset());
   }
 
@@ -198,7 +196,8 @@ class CalibrationProblem {
     ImageInstant i{Around(readings_, from, from), from},
         j{Around(readings_, keyframe.stamp, keyframe.stamp), keyframe.stamp};
     if (i.around.size() < 2 || j.around.size() < 2) return;
-    laser_.emplace_back(link.motion.T_i_j, std::move(i), std::move(j), present_.odometry.time_offset, Weight(link));
+    laser_.emplace_back(link.motion.T_i_j, std::move(i), std::move(j), present_.odometry.time_offset,
+                        LaserWeight(link.motion));
     problem_->AddResidualBlock(&laser_.back(), &motion_loss_, BaseOf(link.from), BaseOf(id), Offset());
   }
 

@@ -65,7 +65,7 @@ class SharedViewReader {
 
  private:
   std::vector<const Landmark*> landmark_of_;  // by id
-  std::vector<std::size_t> index_of_;         // by id
+  std::vector<std::size_t> index_of_;         // by id: asked for every observation of the map
   std::vector<int> shared_;                   // by index, zero between calls
 };
 
@@ -105,32 +105,28 @@ bool IsDoubtful(const Map& map, const Keyframe& from, const Keyframe& to, const 
 
 class TieCollector {
  public:
-  TieCollector(const Map& map, const MeasurementModel& context)
-      : map_(map), context_(context), driven_(map), index_of_(map.next_keyframe_id) {
-    std::size_t index = 0;
-    for (const auto& [id, keyframe] : map.keyframes) index_of_[id.value] = index++;
-  }
+  TieCollector(const Map& map, const MeasurementModel& context) : map_(map), context_(context), driven_(map) {}
 
   std::vector<MapTie> Collect() {
     SharedViewReader shared_views(map_);
     for (const auto& [id, keyframe] : map_.keyframes) {
       if (context_.options.use_odometry && keyframe.odometry_link.has_value()) AddWheels(id, keyframe);
-      for (const MotionLink& link : keyframe.laser_links) Add(link, id, TieSource::kLaser);
+      for (const MotionLink& link : keyframe.laser_links) Add(link, link.motion.covariance, id, TieSource::kLaser);
       AddLandmarks(id, keyframe, shared_views.Read(id, keyframe));
     }
     return std::move(ties_);
   }
 
  private:
-  MapTie& Add(const MotionLink& link, KeyframeId to, TieSource source) {
-    const Eigen::Matrix3d covariance = AtEnd(link, CovarianceWithFloor(link.motion, context_.odometry_noise));
-    ties_.push_back({index_of_[link.from.value], index_of_[to.value], covariance, source});
+  // `covariance` of the motion, as links hold it.
+  MapTie& Add(const MotionLink& link, const Eigen::Matrix3d& covariance, KeyframeId to, TieSource source) {
+    ties_.push_back({map_.keyframes.IndexOf(link.from), map_.keyframes.IndexOf(to), AtEnd(link, covariance), source});
     return ties_.back();
   }
 
   void AddWheels(KeyframeId id, const Keyframe& keyframe) {
     const MotionLink& link = *keyframe.odometry_link;
-    MapTie& tie = Add(link, id, TieSource::kWheels);
+    MapTie& tie = Add(link, CovarianceWithFloor(link.motion, context_.odometry_noise), id, TieSource::kWheels);
     const bool laser_agrees = std::any_of(keyframe.laser_links.begin(), keyframe.laser_links.end(),
                                           [&link](const MotionLink& l) { return l.from == link.from; });
     if (laser_agrees || !IsDoubtful(map_, map_.keyframes.At(link.from), keyframe, context_.camera)) return;
@@ -141,12 +137,12 @@ class TieCollector {
   }
 
   void AddLandmarks(KeyframeId id, const Keyframe& keyframe, const SharedView& view) {
-    const std::size_t newer = index_of_[id.value];
+    const std::size_t newer = map_.keyframes.IndexOf(id);
     const Rigid2 T_newer_map = ProjectToPlane(keyframe.T_map_base).Inverse();
     const double depth = view.landmarks / view.inverse_depths;
     const bool has_returned = driven_.HasReturned(keyframe);
     for (const auto& [count, older] : view.sharing) {
-      const auto& [older_id, other] = *(map_.keyframes.begin() + static_cast<std::ptrdiff_t>(older));
+      const auto& [older_id, other] = map_.keyframes.EntryAt(older);
       if (!has_returned && driven_.Between(older_id, id) > DistanceDriven::kReturn) continue;
       const Eigen::Vector2d way = (T_newer_map * ProjectToPlane(other.T_map_base)).translation;
       ties_.push_back(
@@ -157,7 +153,6 @@ class TieCollector {
   const Map& map_;
   const MeasurementModel& context_;
   DistanceDriven driven_;
-  std::vector<std::size_t> index_of_;  // by id
   std::vector<MapTie> ties_;
 };
 

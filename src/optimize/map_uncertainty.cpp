@@ -1,7 +1,5 @@
 #include "planar_vslam/optimize/map_uncertainty.h"
 
-#include <algorithm>
-
 namespace planar_vslam {
 namespace {
 
@@ -31,14 +29,14 @@ Eigen::Matrix3d Symmetric(const Eigen::Matrix3d& block) { return 0.5 * (block + 
 }  // namespace
 
 MapUncertainty::MapUncertainty(const Map& map, const std::vector<MapTie>& ties, const SystematicErrors& systematic) {
-  for (const auto& [id, keyframe] : map.keyframes) {
-    ids_.push_back(id);
-    poses_.push_back(ProjectToPlane(keyframe.T_map_base));
-  }
-  const std::size_t systematic_at = 3 * ids_.size();
+  for (const auto& [id, keyframe] : map.keyframes) poses_.Insert(id, ProjectToPlane(keyframe.T_map_base));
+  const std::size_t systematic_at = 3 * poses_.size();
   size_ = static_cast<Eigen::Index>(systematic_at + 2);
   Triplets entries;
-  for (const MapTie& tie : ties) AddTie(tie, poses_[tie.j].Inverse() * poses_[tie.i], systematic_at, &entries);
+  for (const MapTie& tie : ties) {
+    const Rigid2 T_j_i = poses_.EntryAt(tie.j).second.Inverse() * poses_.EntryAt(tie.i).second;
+    AddTie(tie, T_j_i, systematic_at, &entries);
+  }
   constexpr double kFixed = 1e12, kLoose = 1e-6;  // a keyframe nothing ties is unknown, not an error
   for (Eigen::Index k = 0; k < size_; ++k) entries.emplace_back(k, k, k < 3 ? kFixed : kLoose);
   entries.emplace_back(size_ - 2, size_ - 2, 1.0 / (systematic.wheels * systematic.wheels));
@@ -46,10 +44,6 @@ MapUncertainty::MapUncertainty(const Map& map, const std::vector<MapTie>& ties, 
   Eigen::SparseMatrix<double> H(size_, size_);
   H.setFromTriplets(entries.begin(), entries.end());
   solver_.compute(H);
-}
-
-Eigen::Index MapUncertainty::IndexOf(KeyframeId id) const {
-  return std::lower_bound(ids_.begin(), ids_.end(), id) - ids_.begin();
 }
 
 // The columns of H^-1 of these poses, three a pose.
@@ -62,20 +56,19 @@ Eigen::MatrixXd MapUncertainty::Columns(const std::vector<Eigen::Index>& poses) 
 }
 
 Eigen::Matrix3d MapUncertainty::CovarianceOf(KeyframeId id) const {
-  const Eigen::Index at = IndexOf(id);
+  const auto at = static_cast<Eigen::Index>(poses_.IndexOf(id));
   if (at == 0) return Eigen::Matrix3d::Zero();
   return Symmetric(Columns({at}).middleRows<3>(3 * at));
 }
 
 Eigen::Matrix3d MapUncertainty::CovarianceBetween(KeyframeId from, KeyframeId to) const {
-  const Eigen::Index i = IndexOf(from), j = IndexOf(to);
+  const auto i = static_cast<Eigen::Index>(poses_.IndexOf(from)), j = static_cast<Eigen::Index>(poses_.IndexOf(to));
   const Eigen::MatrixXd columns = Columns({i, j});
   Eigen::Matrix<double, 6, 6> joint;
   joint.topRows<3>() = columns.middleRows<3>(3 * i);
   joint.bottomRows<3>() = columns.middleRows<3>(3 * j);
   Eigen::Matrix<double, 3, 6> J;
-  const auto at = [this](Eigen::Index k) { return poses_[static_cast<std::size_t>(k)]; };
-  J.leftCols<3>() = -AdjointSe2(at(j).Inverse() * at(i));
+  J.leftCols<3>() = -AdjointSe2(poses_.At(to).Inverse() * poses_.At(from));
   J.rightCols<3>().setIdentity();
   return Symmetric(J * joint * J.transpose());
 }

@@ -21,13 +21,10 @@ RelativePoseFactor<3>::Weight WeightOnFloor(const Eigen::Matrix3d& covariance) {
 
 class PoseGraph {
  public:
-  explicit PoseGraph(const Map& map) {
-    for (const auto& [id, keyframe] : map.keyframes) {
-      ids_.push_back(id);
-      before_.push_back(ProjectToPlane(keyframe.T_map_base));
-    }
-    blocks_.resize(ids_.size() * kPoseBlockSize);
-    for (std::size_t k = 0; k < ids_.size(); ++k) {
+  explicit PoseGraph(const Map& map) : map_(map) {
+    for (const auto& [id, keyframe] : map.keyframes) before_.push_back(ProjectToPlane(keyframe.T_map_base));
+    blocks_.resize(before_.size() * kPoseBlockSize);
+    for (std::size_t k = 0; k < before_.size(); ++k) {
       Start(k, before_[k]);
       problem_.AddParameterBlock(Block(k), kPoseBlockSize, &manifold_);
     }
@@ -41,7 +38,7 @@ class PoseGraph {
   void MoveFrom(std::size_t first, const LoopTie& loop) {
     const std::size_t to = IndexOf(loop.to);
     const Rigid2 T_new_old = before_[IndexOf(loop.from)] * loop.T_from_to * before_[to].Inverse();
-    for (std::size_t k = first; k < ids_.size(); ++k) Start(k, T_new_old * before_[k]);
+    for (std::size_t k = first; k < before_.size(); ++k) Start(k, T_new_old * before_[k]);
   }
 
   // What Ceres says where there is no solution.
@@ -57,9 +54,7 @@ class PoseGraph {
     return Error{summary.message};
   }
 
-  std::size_t IndexOf(KeyframeId id) const {
-    return static_cast<std::size_t>(std::lower_bound(ids_.begin(), ids_.end(), id) - ids_.begin());
-  }
+  std::size_t IndexOf(KeyframeId id) const { return map_.keyframes.IndexOf(id); }
   // What the floor's motion makes of a pose above it.
   Rigid3 Moved(std::size_t k, const Rigid3& T_map_base) const {
     const Rigid2 after = ProjectToPlane(LoadPose(blocks_.data() + k * kPoseBlockSize));
@@ -82,8 +77,8 @@ class PoseGraph {
 
   FloorPoseManifold manifold_;
   std::deque<RelativePoseFactor<3>> factors_;  // cost functions cannot be moved
-  std::vector<KeyframeId> ids_;
-  std::vector<Rigid2> before_;
+  const Map& map_;
+  std::vector<Rigid2> before_;  // by index
   std::vector<double> blocks_;
   ceres::Problem problem_{Options()};
 };

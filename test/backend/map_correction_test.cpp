@@ -19,9 +19,11 @@ class RebaseTest : public ::testing::TestWithParam<std::uint32_t> {
  protected:
   RebaseTest() : generator_(GetParam()), world_(test::MakeSyntheticWorld({})), snapshot_(world_.map) {
     result_ = snapshot_;
+    PlanarMotion laser;
+    laser.covariance.setIdentity();
     structure_ = {MergeLandmarks{LandmarkId{4}, LandmarkId{3}},
                   EraseObservation{LandmarkId{7}, snapshot_.landmarks.At(LandmarkId{7}).observations.front().keyframe},
-                  EraseOdometryLink{KeyframeId{5}}, AddLaserLinks{KeyframeId{6}, {{KeyframeId{1}, PlanarMotion{}}}}};
+                  EraseOdometryLink{KeyframeId{5}}, AddLaserLinks{KeyframeId{6}, {{KeyframeId{1}, laser}}}};
     MapEdit edit = RandomMoves(snapshot_, 1.0);
     edit.insert(edit.end(), structure_.begin(), structure_.end());
     result_ = Apply(snapshot_, edit);

@@ -37,11 +37,32 @@ TEST(IdMap, FindsNothingForAnIdThatIsNotThere) {
   EXPECT_EQ(ids.At(K(2)), 7);
 }
 
+TEST(IdMap, KnowsPositionsInTheOrderOfIds) {
+  IdMap<KeyframeId, int> ids;
+  EXPECT_EQ(ids.IndexOf(K(0)), 0u);
+  EXPECT_EQ(ids.Before(K(5)), nullptr);
+  for (const std::uint32_t value : {7U, 2U, 4U}) ids.Insert(K(value), 10 * static_cast<int>(value));
+  std::size_t index = 0;
+  for (const auto& [id, value] : ids) {
+    EXPECT_EQ(ids.IndexOf(id), index);
+    EXPECT_EQ(ids.EntryAt(index).first, id);
+    EXPECT_EQ(ids.EntryAt(index).second, value);
+    const auto* before = ids.Before(id);
+    EXPECT_EQ(before, index > 0 ? &ids.EntryAt(index - 1) : nullptr);
+    ++index;
+  }
+  EXPECT_EQ(ids.IndexOf(K(3)), ids.size());
+  EXPECT_EQ(ids.IndexOf(K(9)), ids.size());
+  EXPECT_EQ(ids.Before(K(6))->first, K(4));
+  EXPECT_EQ(ids.Before(K(9))->first, K(7));
+}
+
 TEST(IdMapDeathTest, StopsOnAnIdInsertedTwiceOrAskedForInVain) {
   IdMap<KeyframeId, int> ids;
   ids.Insert(K(2), 7);
   EXPECT_DEATH(ids.Insert(K(2), 8), "inserted twice");
   EXPECT_DEATH(ids.At(K(1)), "id=1");
+  EXPECT_DEATH(ids.EntryAt(1), "index=1 of 1");
 }
 
 }  // namespace

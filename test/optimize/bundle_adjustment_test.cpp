@@ -237,6 +237,23 @@ TEST(AdjustBundle, LaserLinksHoldTheScaleWithoutWheels) {
   EXPECT_NEAR(span(map) / span(world.map), 1.0, 0.01);
 }
 
+TEST(AdjustBundle, TheFloorsOfTheWheelsAreNotThoseOfTheLaser) {
+  const test::SyntheticWorld world = test::MakeSyntheticWorld({});
+  Map map = test::Perturbed(world, 0.02, 0.01, 0.05, 4);
+  for (auto& [id, keyframe] : map.keyframes) {
+    if (keyframe.odometry_link.has_value()) keyframe.laser_links = {*keyframe.odometry_link};
+  }
+  MeasurementModel context = world.Context();
+  context.options.use_odometry = false;
+  const BundleResult before = AdjustBundle(map, WholeMapRequest(map), context);
+  context.odometry_noise.position_floor *= 10.0;
+  context.odometry_noise.heading_floor *= 10.0;
+  const BundleResult after = AdjustBundle(map, WholeMapRequest(map), context);
+  for (std::size_t i = 0; i < before.poses.size(); ++i) {
+    EXPECT_EQ(before.poses[i].second.translation, after.poses[i].second.translation);
+  }
+}
+
 TEST(AdjustBundle, LetsGoOfAStepInWhichTheWheelsSlipped) {
   test::SyntheticWorldOptions options;
   options.pixel_noise = 0.5;

@@ -85,6 +85,19 @@ TEST(KeyframeCovariance, FallsWithATieToAnOldPlace) {
   EXPECT_LT(KeyframeCovariance(map, KeyframeId{8}, context, kNone).trace(), 0.1 * before);
 }
 
+TEST(KeyframeCovariance, ByTheLaserDoesNotDependOnTheFloorsOfTheWheels) {
+  MeasurementModel context = Context();
+  context.options.use_odometry = false;
+  Map map = Chain(3, context.odometry_noise);
+  for (auto& [id, keyframe] : map.keyframes) {
+    if (keyframe.odometry_link.has_value()) keyframe.laser_links = {*keyframe.odometry_link};
+  }
+  const Eigen::Matrix3d before = KeyframeCovariance(map, KeyframeId{2}, context, kNone);
+  context.odometry_noise.position_floor *= 10.0;
+  context.odometry_noise.heading_floor *= 10.0;
+  EXPECT_EQ(KeyframeCovariance(map, KeyframeId{2}, context, kNone), before);
+}
+
 TEST(KeyframeCovariance, IsPositiveDefiniteAndLandmarksOnlyLowerIt) {
   const test::SyntheticWorld world = test::MakeSyntheticWorld({});
   const MeasurementModel context = world.Context();

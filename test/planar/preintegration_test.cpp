@@ -217,6 +217,18 @@ TEST(LiftedCovariance, IsThePlanarCovarianceSeenFromJ) {
   EXPECT_GT((lifted.topLeftCorner<2, 2>() - planar.topLeftCorner<2, 2>()).norm(), 0.05 * planar.norm());
 }
 
+TEST(LiftedCovariance, OfAnotherSourceHasNoFloorsOfTheWheels) {
+  OdometryNoise noise;
+  const PlanarMotion motion = Preintegrate(ThreeArcs(20, Rigid2()), noise);
+  const Matrix6d before = LiftedCovariance(motion, motion.covariance, noise);
+  EXPECT_TRUE(LiftedCovariance(motion, CovarianceWithFloor(motion, noise), noise)
+                  .isApprox(LiftedCovariance(motion, noise), 0.0));
+  noise.position_floor *= 10.0;
+  noise.heading_floor *= 10.0;
+  EXPECT_EQ(LiftedCovariance(motion, motion.covariance, noise), before);
+  EXPECT_GT(LiftedCovariance(motion, noise)(0, 0), before(0, 0));
+}
+
 TEST(LiftedCovariance, GivesTheFloorsSmoothnessToTheRest) {
   const OdometryNoise noise;
   PlanarMotion odometry;

@@ -1,7 +1,9 @@
 #pragma once
 // Strong, ordered, never reused ids, and a map keyed by them that iterates in id order.
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <utility>
 #include <vector>
 
@@ -51,6 +53,22 @@ class IdMap {
     return *value;
   }
   Value& At(IdType id) { return const_cast<Value&>(std::as_const(*this).At(id)); }
+
+  // Position of an id in the order of ids; size() where it is not there.
+  std::size_t IndexOf(IdType id) const {
+    const auto it = LowerBound(id);
+    return it != entries_.end() && it->first == id ? static_cast<std::size_t>(it - entries_.begin()) : entries_.size();
+  }
+  // The entry at a position below size().
+  const Entry& EntryAt(std::size_t index) const {
+    PV_CHECK(index < entries_.size(), "index=" << index << " of " << entries_.size());
+    return entries_[index];
+  }
+  // The entry with the next smaller id, or none. `id` itself need not be there.
+  const Entry* Before(IdType id) const {
+    const auto it = LowerBound(id);
+    return it != entries_.begin() ? &*std::prev(it) : nullptr;
+  }
 
   // `id` must be new.
   Value& Insert(IdType id, Value value) {

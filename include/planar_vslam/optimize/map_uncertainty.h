@@ -41,11 +41,9 @@ class MapUncertainty {
   Eigen::Matrix3d CovarianceBetween(KeyframeId from, KeyframeId to) const;
 
  private:
-  Eigen::Index IndexOf(KeyframeId id) const;
   Eigen::MatrixXd Columns(const std::vector<Eigen::Index>& blocks) const;
 
-  std::vector<KeyframeId> ids_;
-  std::vector<Rigid2> poses_;
+  IdMap<KeyframeId, Rigid2> poses_;
   Eigen::Index size_;
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver_;  // of H
 };

@@ -39,11 +39,15 @@ PlanarMotion Compose(const PlanarMotion& ij, const PlanarMotion& jk);
 // variances grow by the square of what was missed, for vision's word on how much that was is no measurement of theirs.
 PlanarMotion Inflate(PlanarMotion odometry, const Eigen::Vector3d& slip);
 
-// The covariance with the floors of `noise` added: always positive definite.
+// Of what the wheels measured, the covariance with their floors added: always positive definite.
 Eigen::Matrix3d CovarianceWithFloor(const PlanarMotion& odometry, const OdometryNoise& noise);
 
 // Covariance of T_i_j lifted to SE(3), tangent [translation, rotation] of a right perturbation at j:
-// x, y, yaw from the planar covariance (rotated from frame i into frame j), z, roll, pitch from the floor's smoothness.
+// x, y, yaw from `planar` ([x, y, angle], frame i; rotated into frame j), z, roll, pitch from the floor's smoothness.
+// Positive definite where `planar` is.
+Matrix6d LiftedCovariance(const PlanarMotion& motion, const Eigen::Matrix3d& planar, const OdometryNoise& noise);
+
+// The same of what the wheels measured: their floors are added. Always positive definite.
 Matrix6d LiftedCovariance(const PlanarMotion& odometry, const OdometryNoise& noise);
 
 // Upper triangular S with S^T S = covariance^-1, so that |S e|^2 = e^T covariance^-1 e.
