@@ -69,11 +69,14 @@ PlanarMotion Inflate(PlanarMotion odometry, const Eigen::Vector3d& slip) {
   return odometry;
 }
 
-Eigen::Matrix3d CovarianceWithFloor(const PlanarMotion& odometry, const OdometryNoise& noise) {
-  Eigen::Matrix3d covariance = odometry.covariance;
-  covariance.diagonal() +=
-      Eigen::Vector3d(Square(noise.position_floor), Square(noise.position_floor), Square(noise.heading_floor));
+Eigen::Matrix3d CovarianceWithFloor(const PlanarMotion& motion, const MotionFloor& floor) {
+  Eigen::Matrix3d covariance = motion.covariance;
+  covariance.diagonal() += Eigen::Vector3d(Square(floor.position), Square(floor.position), Square(floor.heading));
   return covariance;
+}
+
+Eigen::Matrix3d CovarianceWithFloor(const PlanarMotion& odometry, const OdometryNoise& noise) {
+  return CovarianceWithFloor(odometry, MotionFloor{noise.position_floor, noise.heading_floor});
 }
 
 Matrix6d LiftedCovariance(const PlanarMotion& motion, const Eigen::Matrix3d& planar, const OdometryNoise& noise) {

@@ -205,7 +205,8 @@ class BundleProblem {
         AddMotion(link, LiftedCovariance(link.motion, context_.odometry_noise), j, problem);
       }
       for (const MotionLink& link : keyframe.laser_links) {
-        AddMotion(link, LiftedCovariance(link.motion, link.motion.covariance, context_.odometry_noise), j, problem);
+        const Eigen::Matrix3d planar = CovarianceWithFloor(link.motion, context_.laser_floor);
+        AddMotion(link, LiftedCovariance(link.motion, planar, context_.odometry_noise), j, problem);
       }
     }
   }

@@ -159,7 +159,8 @@ class CalibrationProblem {
     return SquareRootInformation(LiftedCovariance(motion, context_.odometry_noise));
   }
   Matrix6d LaserWeight(const PlanarMotion& motion) const {
-    return SquareRootInformation(LiftedCovariance(motion, motion.covariance, context_.odometry_noise));
+    const Eigen::Matrix3d planar = CovarianceWithFloor(motion, context_.laser_floor);
+    return SquareRootInformation(LiftedCovariance(motion, planar, context_.odometry_noise));
   }
 
   void AddMotions() {

@@ -111,7 +111,9 @@ class TieCollector {
     SharedViewReader shared_views(map_);
     for (const auto& [id, keyframe] : map_.keyframes) {
       if (context_.options.use_odometry && keyframe.odometry_link.has_value()) AddWheels(id, keyframe);
-      for (const MotionLink& link : keyframe.laser_links) Add(link, link.motion.covariance, id, TieSource::kLaser);
+      for (const MotionLink& link : keyframe.laser_links) {
+        Add(link, CovarianceWithFloor(link.motion, context_.laser_floor), id, TieSource::kLaser);
+      }
       AddLandmarks(id, keyframe, shared_views.Read(id, keyframe));
     }
     return std::move(ties_);

@@ -26,7 +26,8 @@ EstimatorSettings UsableSettings(EstimatorSettings settings) {
 
 MeasurementModel MakeMeasurementModel(const EstimatorSettings& settings) {
   const PipelineOptions& options = settings.options;
-  MeasurementModel model{settings.camera, options.odometry_noise, options.planar, options.bundle, options.pixel_sigma};
+  MeasurementModel model{settings.camera, options.odometry_noise, options.planar,
+                         options.bundle,  options.pixel_sigma,    options.scan_match.floor};
   if (!settings.has_base) model.planar.mode = PlanarMode::kOff;  // nothing is known about a floor
   return model;
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "planar_vslam/map/queries.h"
 #include "stages.h"
 #include "support/synthetic_map.h"
 
@@ -64,7 +65,7 @@ TEST_F(LocalRequestTest, FreesTheNewestAndItsNeighboursAndTakesAllTheySee) {
   EXPECT_GE(request.free_keyframes.size(), 4u);
   std::vector<LandmarkId> seen;
   for (const KeyframeId id : request.free_keyframes) {
-    const std::vector<LandmarkId> of_one = LandmarksSeen(map_.keyframes.At(id));
+    const std::vector<LandmarkId> of_one = ValidOnly(map_.keyframes.At(id).landmarks);
     seen.insert(seen.end(), of_one.begin(), of_one.end());
   }
   std::sort(seen.begin(), seen.end());

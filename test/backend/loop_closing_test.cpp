@@ -83,7 +83,7 @@ TEST_F(LoopTest, OneViewAloneIsNotBelieved) {
     return Find(driver).has_value();
   };
   EXPECT_TRUE(is_found(1.0));
-  EXPECT_FALSE(is_found(0.03));
+  EXPECT_FALSE(is_found(0.01));
 }
 
 TEST_F(LoopTest, APlaceThatIsJoinedAlreadyIsNoLoop) {

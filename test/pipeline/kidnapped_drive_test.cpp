@@ -65,7 +65,9 @@ TEST_P(KidnappedDrive, FindsHomeAndTheMapIsOneAgain) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Schedules, KidnappedDrive, ::testing::Values(Schedule::kInline, Schedule::kThreaded),
-                         [](const auto& info) { return info.param == Schedule::kInline ? "Inline" : "Threaded"; });
+                         [](const auto& schedule) {
+                           return schedule.param == Schedule::kInline ? "Inline" : "Threaded";
+                         });
 
 }  // namespace
 }  // namespace planar_vslam

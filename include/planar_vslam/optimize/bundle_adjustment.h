@@ -54,7 +54,8 @@ struct MeasurementModel {
   OdometryNoise odometry_noise;
   PlanarPriorOptions planar;  // applied to keyframes on the floor of a metric map, unless its mode is off
   BundleOptions options;
-  double pixel_sigma = 1.0;  // px, of a keypoint at full resolution (octave 0); grows with the octave's scale
+  double pixel_sigma = 1.0;      // px, of a keypoint at full resolution (octave 0); grows with the octave's scale
+  MotionFloor laser_floor = {};  // of motion by matched sweeps
 };
 
 struct BundleSummary {

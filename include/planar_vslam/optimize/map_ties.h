@@ -1,7 +1,7 @@
 #pragma once
 // What holds the keyframes of a metric map where they are: ties, each a relative pose [x, y, heading] of two keyframes
 // with a covariance. What the map has drifted, and how it gives way where a loop closes, is told by them.
-//   - Odometry and laser links, with their own covariance: that of the wheels with their floors, that of the match.
+//   - Odometry and laser links, with their own covariance: each with the floors of who measured.
 //   - Landmarks in common. n of them, of N that j sees, at a depth z tell a heading to
 //       sigma = k sigma_px / (f sqrt(n)) * N / n
 //     and a position to z sigma, along the way between the two to a share of its length besides, which one camera does

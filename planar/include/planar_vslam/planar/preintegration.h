@@ -39,7 +39,15 @@ PlanarMotion Compose(const PlanarMotion& ij, const PlanarMotion& jk);
 // variances grow by the square of what was missed, for vision's word on how much that was is no measurement of theirs.
 PlanarMotion Inflate(PlanarMotion odometry, const Eigen::Vector3d& slip);
 
-// Of what the wheels measured, the covariance with their floors added: always positive definite.
+// What any motion, however short, is off by at least: standard deviations of the one who measured it.
+struct MotionFloor {
+  double position = 0.002;                 // m, x and y each
+  double heading = DegreesToRadians(0.1);  // rad
+};
+
+// The covariance with the floors added: always positive definite.
+Eigen::Matrix3d CovarianceWithFloor(const PlanarMotion& motion, const MotionFloor& floor);
+// The same of what the wheels measured.
 Eigen::Matrix3d CovarianceWithFloor(const PlanarMotion& odometry, const OdometryNoise& noise);
 
 // Covariance of T_i_j lifted to SE(3), tangent [translation, rotation] of a right perturbation at j:
