@@ -9,7 +9,8 @@ if(PLANAR_VSLAM_SANITIZE)
   endif()
   set(pv_sanitizer_flag -fsanitize=${pv_sanitizers_${PLANAR_VSLAM_SANITIZE}})
   add_compile_options(${pv_sanitizer_flag} -fno-sanitize-recover=all -g -O1 -fno-omit-frame-pointer)
-  add_compile_definitions(_GLIBCXX_ASSERTIONS)
+  # Eigen allocates in its own way under AddressSanitizer, but PCL and Ceres are not built so and free what we allocate.
+  add_compile_definitions(_GLIBCXX_ASSERTIONS EIGEN_MALLOC_ALREADY_ALIGNED=1)
   add_link_options(${pv_sanitizer_flag})
 endif()
 

@@ -15,8 +15,7 @@ add_service_files(FILES SaveMap.srv)
 generate_messages()
 catkin_package(
   INCLUDE_DIRS include planar/include mapping2d/include
-  CATKIN_DEPENDS roscpp std_msgs std_srvs geometry_msgs sensor_msgs nav_msgs map_msgs
-    diagnostic_msgs tf2 tf2_ros tf2_msgs image_transport rosbag_storage message_runtime
+  CATKIN_DEPENDS message_runtime  # of SaveMap; the libraries bring the rest of what they need in ThirdParty.cmake
   CFG_EXTRAS planar_vslam-extras.cmake)
 
 set(pv_config_dir ${CATKIN_DEVEL_PREFIX}/share/planar_vslam/cmake)

@@ -34,28 +34,25 @@ pv_find(fmt)
 pv_find(Threads)
 pv_find(ZLIB)
 pv_third_party(zlib LIBRARIES ZLIB::ZLIB)
-find_library(PV_ZSTD_LIBRARY zstd REQUIRED)
-pv_third_party(zstd LIBRARIES ${PV_ZSTD_LIBRARY})
 
-# Linked by file: PCL_LIBRARIES would pull in VTK and Qt. PCL's own config is for those who compile with its headers
-# (it looks for VTK, which wants the language C).
+# Linked by file. Only this build needs the headers and so their own configs: that of PCL finds VTK and Qt and wants C for
+# it, that of rosbag_storage finds catkin and ament and wants their Python.
 if(NOT CMAKE_FIND_PACKAGE_NAME)
   find_package(PCL REQUIRED COMPONENTS common filters io surface)
 endif()
-set(pv_pcl_libraries)
-foreach(part common filters io search kdtree sample_consensus surface)
-  find_library(PV_PCL_${part}_LIBRARY pcl_${part} REQUIRED)
-  list(APPEND pv_pcl_libraries ${PV_PCL_${part}_LIBRARY})
-endforeach()
-pv_third_party(pcl INCLUDES ${PCL_INCLUDE_DIRS} LIBRARIES ${pv_pcl_libraries})
-
-# Bags, without a running ROS; catkin_INCLUDE_DIRS has the messages.
-if(PLANAR_VSLAM_ROS)
-  set(pv_rosbag_libraries)
-  foreach(package rosbag_storage roscpp_serialization rostime cpp_common)
-    pv_find(${package})
-    list(APPEND pv_rosbag_libraries ${${package}_LIBRARIES})
+function(pv_third_party_files NAME)
+  cmake_parse_arguments(ARG "" "" "INCLUDES;LIBRARIES" ${ARGN})
+  set(files)
+  foreach(library ${ARG_LIBRARIES})
+    find_library(PV_${library}_LIBRARY ${library} REQUIRED)
+    list(APPEND files ${PV_${library}_LIBRARY})
   endforeach()
-  list(REMOVE_DUPLICATES pv_rosbag_libraries)
-  pv_third_party(rosbag INCLUDES ${rosbag_storage_INCLUDE_DIRS} ${catkin_INCLUDE_DIRS} LIBRARIES ${pv_rosbag_libraries})
+  pv_third_party(${NAME} INCLUDES ${ARG_INCLUDES} LIBRARIES ${files})
+endfunction()
+pv_third_party_files(zstd LIBRARIES zstd)
+pv_third_party_files(pcl INCLUDES ${PCL_INCLUDE_DIRS} LIBRARIES pcl_common pcl_filters pcl_io pcl_search pcl_kdtree
+  pcl_sample_consensus pcl_surface)
+if(PLANAR_VSLAM_ROS)  # bags and messages, without a running ROS
+  pv_third_party_files(rosbag INCLUDES ${catkin_INCLUDE_DIRS} LIBRARIES rosbag_storage roscpp_serialization rostime
+    cpp_common class_loader console_bridge)
 endif()
