@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class KidnappedDrive : public ::testing::TestWithParam<Schedule> {
+class KidnappedEndToEnd : public ::testing::TestWithParam<Schedule> {
  protected:
   static void SetUpTestSuite() {
     folder_ = std::make_unique<test::TemporaryFolder>();
@@ -39,9 +39,9 @@ class KidnappedDrive : public ::testing::TestWithParam<Schedule> {
 
   static std::unique_ptr<test::TemporaryFolder> folder_;
 };
-std::unique_ptr<test::TemporaryFolder> KidnappedDrive::folder_;
+std::unique_ptr<test::TemporaryFolder> KidnappedEndToEnd::folder_;
 
-TEST_P(KidnappedDrive, FindsHomeAndTheMapIsOneAgain) {
+TEST_P(KidnappedEndToEnd, FindsHomeAndTheMapIsOneAgain) {
   Expected<std::unique_ptr<Recording>> recording = OpenRecording(Drive(), RecordingOptions{});
   ASSERT_TRUE(recording.ok()) << recording.error().message;
   Estimator estimator({PipelineOptions{}, (*recording)->info().camera, true, true, GetParam()});
@@ -64,7 +64,7 @@ TEST_P(KidnappedDrive, FindsHomeAndTheMapIsOneAgain) {
   EXPECT_GT(odometry_alone, 0.3) << "no kidnapping";
 }
 
-INSTANTIATE_TEST_SUITE_P(Schedules, KidnappedDrive, ::testing::Values(Schedule::kInline, Schedule::kThreaded),
+INSTANTIATE_TEST_SUITE_P(Schedules, KidnappedEndToEnd, ::testing::Values(Schedule::kInline, Schedule::kThreaded),
                          [](const auto& schedule) {
                            return schedule.param == Schedule::kInline ? "Inline" : "Threaded";
                          });
