@@ -2,7 +2,7 @@
 // every image, as known at the time, in the TUM format: t x y z qx qy qz qw.
 #include <planar_vslam/io/recording.h>
 #include <planar_vslam/io/run_session.h>
-#include <planar_vslam/pipeline/slam_system.h>
+#include <planar_vslam/pipeline/estimator.h>
 
 #include <cstdio>
 #include <memory>
@@ -28,8 +28,8 @@ int main(int argc, char** argv) {
   const pv::Expected<std::unique_ptr<pv::Recording>> recording = pv::OpenRecording(argv[1], {});
   if (!recording.ok()) return Fail(recording.error().message);
   const pv::RecordingInfo& info = (*recording)->info();
-  pv::SlamSystem system(pv::PipelineOptions{}, info.camera, info.has_base_transform, pv::Schedule::kInline);
-  const pv::Expected<pv::RunResult> result = pv::RunSession(**recording, system, {});
+  pv::Estimator estimator({pv::PipelineOptions{}, info.camera, info.has_base_transform, info.has_odometry});
+  const pv::Expected<pv::RunResult> result = pv::RunSession(**recording, estimator, {});
   if (!result.ok()) return Fail(result.error().message);
   for (const pv::FrameReport& frame : result->frames) Print(frame);
   return 0;

@@ -61,9 +61,10 @@ void PrintSummary(const Estimator& estimator, const RunResult& result, const fs:
 
 // Asked before a long run rather than after it.
 Expected<bool> PrepareSaving(const fs::path& path) {
+  if (fs::is_directory(path)) return Error{path.string() + ": a folder, expected a file name for --save-map"};
+  if (!path.has_parent_path()) return true;
   std::error_code failed;
-  if (fs::is_directory(path, failed)) return Error{path.string() + ": a folder, expected a file name for --save-map"};
-  if (path.has_parent_path()) fs::create_directories(path.parent_path(), failed);
+  fs::create_directories(path.parent_path(), failed);
   if (failed && !fs::is_directory(path.parent_path())) {
     return Error{fmt::format("{}: folder cannot be created: {}", path.string(), failed.message())};
   }

@@ -302,7 +302,7 @@ TEST(AdjustBundle, FloorPointsLevelTheFloor) {
   const test::SyntheticWorld world = test::MakeSyntheticWorld(options);
   const Map map = test::Perturbed(world, 0.0, 0.0, 0.005, 3);
   MeasurementModel context = world.Context();
-  context.options.pixel_sigma = 2.0;
+  context.pixel_sigma = 2.0;
   context.planar.sigma_floor_point = 0.002;  // a floor that is known better than the images tell it
   const auto roughness = [&](bool floor_points) {
     context.planar.floor_points = floor_points;

@@ -253,6 +253,9 @@ TEST_F(Replay, DiagnosticsSpeakOfTracking) {
   EXPECT_EQ(values.at("metric"), "true");
   EXPECT_EQ(values.at("dropped images"), "0");
   EXPECT_GE(std::stoi(values.at("keyframes")), 2);
+  for (const char* stage : {"frame.extract", "track.match", "map.triangulate", "frame.total"}) {
+    EXPECT_EQ(values.count(std::string(stage) + " p50, p99 (ms)"), 1U) << stage;
+  }
 }
 
 TEST_F(Replay, SavedMapCanBeReadBack) {
@@ -276,6 +279,14 @@ TEST_F(Replay, ResetDropsTheMap) {
   ASSERT_TRUE(ros::service::call("reset", reset));
   EXPECT_TRUE(reset.response.success);
   EXPECT_FALSE(Save("after_reset").success);
+  // Who has subscribed is told that nothing is known any more.
+  const auto knows_something = [this] {
+    const nav_msgs::OccupancyGrid grid = listener_->grid();
+    return std::any_of(grid.data.begin(), grid.data.end(), [](std::int8_t cell) { return cell != -1; });
+  };
+  for (int i = 0; i < 250 && knows_something(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  EXPECT_FALSE(listener_->grid().data.empty());
+  EXPECT_FALSE(knows_something());
 }
 
 }  // namespace
