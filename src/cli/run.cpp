@@ -61,11 +61,11 @@ void PrintSummary(const Estimator& estimator, const RunResult& result, const fs:
 
 // Asked before a long run rather than after it.
 Expected<bool> PrepareSaving(const fs::path& path) {
-  if (fs::is_directory(path)) return Error{path.string() + ": a folder, expected a file name for --save-map"};
+  std::error_code unknown, failed;
+  if (fs::is_directory(path, unknown)) return Error{path.string() + ": a folder, expected a file name for --save-map"};
   if (!path.has_parent_path()) return true;
-  std::error_code failed;
   fs::create_directories(path.parent_path(), failed);
-  if (failed && !fs::is_directory(path.parent_path())) {
+  if (failed && !fs::is_directory(path.parent_path(), unknown)) {
     return Error{fmt::format("{}: folder cannot be created: {}", path.string(), failed.message())};
   }
   return true;

@@ -190,6 +190,10 @@ Expected<bool> Estimator::Finish() {
 }
 
 void Estimator::StartSession(std::shared_ptr<const Map> map) {
+  // Jobs of the session before cannot be stopped, and nobody has to wait for them.
+  std::shared_ptr<Session> before = std::move(session_);
+  if (before != nullptr)
+    retired_ = std::async(std::launch::async, [before = std::move(before)]() mutable { before.reset(); });
   session_ = std::make_unique<Session>(settings_, model_);
   if (map == nullptr) return;
   session_->localization.StartIn(map);

@@ -112,8 +112,13 @@ void MapPublisher::OnRestart() {
   last_points_.reset();
   const std::lock_guard<std::mutex> lock(mutex_);
   ++generation_;
+  // What is latched or remembered would be taken for the new map's.
+  std_msgs::Header header = grid_header_;
+  header.frame_id = settings_.map_frame;
+  map_points_.publish(ToPointCloud(header, {}));
+  path_.publish(ToPath(header, {}));
+  keyframes_.publish(ToPoseArray(header, Map{}));
   if (!grid_.has_value()) return;
-  // A latched or remembered grid would be taken for the new map's.
   OccupancyGrid2d nothing_known = *grid_;
   constexpr std::int8_t kUnknown = -1;
   std::fill(nothing_known.cells.begin(), nothing_known.cells.end(), kUnknown);
@@ -123,9 +128,15 @@ void MapPublisher::OnRestart() {
 
 void MapPublisher::Publish(const EstimatorSnapshot& snapshot, bool grid_due, long generation) {
   const std_msgs::Header header = MakeHeader(snapshot.stamp, settings_.map_frame);
-  map_points_.publish(ToPointCloud(header, LandmarkCloud(*snapshot.map)));
-  path_.publish(ToPath(header, snapshot.trajectory.Poses(*snapshot.map)));
-  keyframes_.publish(ToPoseArray(header, *snapshot.map));
+  const sensor_msgs::PointCloud2 points = ToPointCloud(header, LandmarkCloud(*snapshot.map));
+  const nav_msgs::Path path = ToPath(header, snapshot.trajectory.Poses(*snapshot.map));
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (generation != generation_) return;
+    map_points_.publish(points);
+    path_.publish(path);
+    keyframes_.publish(ToPoseArray(header, *snapshot.map));
+  }
   if (!grid_due) return;
   navigation_.Update(*snapshot.map, snapshot.camera);
   PublishGrid(header, navigation_.builder().Grid(), generation);

@@ -46,7 +46,7 @@ class MapPublisher {
 
   // On the tracking thread, after a frame: takes a snapshot when something is due and the builder is idle.
   void OnFrame(const TrackingLoop& loop, Timestamp stamp);
-  // The map so far is void: subscribers get an empty grid until there is a new one.
+  // The map so far is void: subscribers get a grid of unknown cells, and no points, path and keyframes.
   void OnRestart();
 
  private:

@@ -10,8 +10,9 @@
 //   estimator.Snapshot();                                     // map, trajectory, camera: at any time
 //
 // Between measurements commands may come at any time: LoadMap, SetMode, StartAt, AdjustMap, Restart. One that cannot be
-// carried out is an Error of one line and changes nothing. One thread calls; no call but Flush, Finish and those that
-// say so waits for a job.
+// carried out is an Error of one line and changes nothing. One thread calls; no call waits for a job but Finish and
+// SetMode.
+#include <future>
 #include <map>
 #include <memory>
 #include <optional>
@@ -64,7 +65,8 @@ class Estimator {
 
   // Starts over in `saved`: frames have no pose until one is recognised. In mode mapping it needs the same camera.
   Expected<bool> LoadMap(const SavedMap& saved);
-  // Mapping lets the map grow, localization leaves it as it is; tracking goes on. Waits for a keyframe on its way.
+  // Mapping lets the map grow, localization leaves it as it is; tracking goes on. Waits for jobs under way, which the
+  // map would miss.
   Expected<bool> SetMode(RunMode mode);
   // The robot is at `T_map_base` now, by somebody's word; covariance of the right tangent [translation, rotation], in
   // which height and tilt may be zero.
@@ -113,6 +115,7 @@ class Estimator {
   CameraModel map_camera_;                 // that made the map
   std::unique_ptr<Input> input_;
   std::unique_ptr<Session> session_;
+  std::future<void> retired_;  // ends the jobs of the session before
 };
 
 }  // namespace planar_vslam
