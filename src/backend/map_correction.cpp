@@ -17,7 +17,8 @@ class KeyframeMotions {
     for (const auto& [id, keyframe] : now.keyframes) {
       if (Knows(id)) continue;
       // Links lead to earlier keyframes, which have been through here.
-      T_new_old_[id.value] = keyframe.odometry_link.has_value() ? Of(keyframe.odometry_link->from) : newest;
+      T_new_old_[id.value] =
+          keyframe.odometry_link.has_value() ? Of(keyframe.odometry_link->from) : OfWhatItSees(now, id, newest);
     }
   }
 
@@ -28,8 +29,28 @@ class KeyframeMotions {
   }
 
  private:
+  // Of the known keyframe that sees most of the same.
+  Rigid3 OfWhatItSees(const Map& now, KeyframeId id, const Rigid3& otherwise) const {
+    for (const CovisibleKeyframe& c : CovisibleKeyframes(now, id, 1)) {
+      if (Knows(c.id)) return Of(c.id);
+    }
+    return otherwise;
+  }
+
   std::vector<std::optional<Rigid3>> T_new_old_;  // by id
 };
+
+// A link of a keyframe that has been culled since is part of the link of the keyframe after it.
+MapEditStep InMapAsItIs(const Map& now, const MapEditStep& step) {
+  const auto* erase = std::get_if<EraseOdometryLink>(&step);
+  if (erase == nullptr || now.keyframes.Contains(erase->keyframe)) return step;
+  for (const auto& [id, keyframe] : now.keyframes) {
+    if (!(erase->keyframe < id)) continue;
+    const bool spans = keyframe.odometry_link.has_value() && keyframe.odometry_link->from < erase->keyframe;
+    return spans ? EraseOdometryLink{id} : *erase;
+  }
+  return step;
+}
 
 }  // namespace
 
@@ -65,7 +86,7 @@ Map Rebase(Map now, const MapCorrection& correction) {
                 : T_new_old * landmark.p_map;
     edit.emplace_back(SetLandmarkPosition{id, p_map});
   }
-  edit.insert(edit.end(), correction.structure.begin(), correction.structure.end());
+  for (const MapEditStep& step : correction.structure) edit.push_back(InMapAsItIs(now, step));
   return Apply(std::move(now), edit);
 }
 

@@ -73,7 +73,7 @@ Expected<bool> PrepareSaving(const fs::path& path) {
 
 Expected<bool> SaveFinalMap(const Estimator& estimator, const fs::path& path) {
   if (estimator.map() == nullptr) return Error{path.string() + ": not saved, expected a map but none was initialised"};
-  return SaveMapFile(*estimator.map(), estimator.settings().camera, path);
+  return SaveMapFile(*estimator.map(), estimator.map_camera(), path);
 }
 
 // Without --map there is nothing to do.

@@ -170,6 +170,7 @@ Json ReportJson(const Estimator& estimator, const RunResult& result, bool determ
   json["slips"] = report.slips;
   json["odometry_covariance"] = {{"by_model", report.odometry_by_model}, {"by_messages", report.odometry_by_messages}};
   json["unused_input"] = result.unused_input.empty() ? Json(Json::object()) : Json(result.unused_input);
+  json["adjustments"] = {{"count", report.adjustments}, {"iterations", report.adjustment_iterations}};
   json["failed_adjustments"] = Json::object();
   for (const auto& [reason, count] : report.failed_adjustments) json["failed_adjustments"][reason] = count;
   json["final_adjustment"] = result.final_adjustment.empty() ? Json("done") : Json(result.final_adjustment);
@@ -178,13 +179,13 @@ Json ReportJson(const Estimator& estimator, const RunResult& result, bool determ
   return json;
 }
 
-Expected<bool> WriteMaps(const fs::path& folder, const Map& map, const EstimatorSettings& settings) {
-  const CameraModel& camera = settings.camera;
+Expected<bool> WriteMaps(const fs::path& folder, const Map& map, const CameraModel& camera,
+                         const PipelineOptions& options) {
   if (Expected<bool> done = SaveMapFile(map, camera, folder / "map.pvm"); !done.ok()) return done;
   if (Expected<bool> done = WritePcd(LandmarkCloud(map), folder / "points.pcd"); !done.ok()) return done;
   if (!map.metric) return true;
   const MapBuilder builder =
-      BuildNavigationMap(map, camera, settings.options.mapping2d, LandmarkAcceptance::For(settings.options.pixel_sigma));
+      BuildNavigationMap(map, camera, options.mapping2d, LandmarkAcceptance::For(options.pixel_sigma));
   if (Expected<bool> done = builder.WriteOctomap(folder / "map.bt"); !done.ok()) return done;
   return WriteMapServerFiles(builder.Grid(), folder / "map.yaml");
 }
@@ -216,7 +217,8 @@ Expected<bool> WriteRunOutputs(const fs::path& folder, const Estimator& estimato
   }
   if (Expected<bool> done = WriteText(folder / "status.csv", StatusCsv(result, deterministic)); !done.ok()) return done;
   if (map != nullptr) {
-    if (Expected<bool> done = WriteMaps(folder, *map, estimator.settings()); !done.ok()) return done;
+    if (Expected<bool> done = WriteMaps(folder, *map, estimator.map_camera(), estimator.settings().options); !done.ok())
+      return done;
   }
   return WriteText(folder / "report.json", ReportJson(estimator, result, deterministic).dump(2) + "\n");
 }

@@ -111,7 +111,9 @@ FrameReport Estimator::Process(const FramePacket& packet) {
   FollowMap(false, &report.times);
   std::shared_ptr<const Map> new_map;
   const bool may_make_keyframe = session.mapping.has_value() && session.mapping->ready();
-  TrackedFrame frame = session.localization.Locate(packet, may_make_keyframe, &report, &new_map);
+  const bool may_make_map = mode_ == RunMode::kMapping;
+  TrackedFrame frame =
+      session.localization.Locate(packet, may_make_keyframe, &report, may_make_map ? &new_map : nullptr);
   session.Count(report, frame.step);
   if (new_map != nullptr) {
     StartMapping(new_map, frame.step.has_value());
@@ -150,6 +152,8 @@ void Estimator::Session::Count(const MapChange& change, double max_scale_sigma) 
   report.keyframes_culled += static_cast<long>(change.keyframes_culled.size());
   if (change.loop.has_value()) report.loops.push_back({change.loop->closed, change.loop->keyframe, last_frame});
   if (change.scaled.has_value()) report.scale = change.scaled;
+  report.adjustments += change.bundle_iterations > 0 ? 1 : 0;
+  report.adjustment_iterations += change.bundle_iterations;
   if (!change.failure.empty()) ++report.failed_adjustments[change.failure];
   if (!change.scale.has_value()) return;
   report.map_scale = *change.scale;
@@ -158,7 +162,7 @@ void Estimator::Session::Count(const MapChange& change, double max_scale_sigma) 
   if (known && !report.scale_known_after.has_value()) report.scale_known_after = distance;
 }
 
-// The map's changes so far reach who uses it.
+// Passes the changes of the map on to localization and report.
 void Estimator::FollowMap(bool wait, StageTimes* times) {
   if (!session_->mapping.has_value()) return;
   const Stopwatch following;
@@ -182,11 +186,21 @@ Expected<bool> Estimator::Finish() {
   if (!session_->mapping.has_value()) return true;
   const bool adjust = settings_.options.final_bundle_adjustment;
   Expected<MapChange> finished = session_->mapping->Finish(session_->localization.trajectory(), adjust);
-  if (!finished.ok()) return finished.error();
+  if (!finished.ok()) {
+    FollowSweeps();
+    return finished.error();
+  }
   session_->localization.Follow(*finished);
   session_->Count(*finished, settings_.options.scale.max_sigma);
   session_->report.stages.Add(finished->times);
   return true;
+}
+
+// The last sweeps are in the map: no job put them there.
+void Estimator::FollowSweeps() {
+  MapChange change;
+  change.map = session_->mapping->map();
+  session_->localization.Follow(change);
 }
 
 void Estimator::StartSession(std::shared_ptr<const Map> map) {
@@ -239,7 +253,12 @@ Expected<bool> Estimator::SetMode(RunMode mode) {
   if (mode == RunMode::kLocalization) {
     if (map() == nullptr) return Error{"mode localization: expected a map to localize in, but there is none yet"};
     WaitForMap();
+    if (session_->mapping.has_value()) {
+      (void)session_->mapping->Finish(session_->localization.trajectory(), false);
+      FollowSweeps();
+    }
     session_->mapping.reset();
+    loaded_map_ = map();  // a restart starts in it again
   } else {
     const Expected<bool> may_grow = MayGrow(map_camera_);
     if (map() != nullptr && !may_grow.ok()) return Error{"mode mapping: the map was " + may_grow.error().message};
@@ -252,9 +271,13 @@ Expected<bool> Estimator::SetMode(RunMode mode) {
 Expected<bool> Estimator::StartAt(const Rigid3& T_map_base, const Matrix6d& covariance) {
   constexpr double kFarthest = 10.0;  // m from the nearest keyframe: nothing of the map is in view beyond
   if (map() == nullptr) return Error{"pose: expected a map to stand in, but there is none yet"};
+  if (!map()->metric) return Error{"pose: expected a map in metres, but its scale is not known yet"};
+  constexpr double kTiny = 1e-12;  // height and tilt may be known exactly
+  const Matrix6d regular = 0.5 * (covariance + covariance.transpose()) + kTiny * Matrix6d::Identity();
   if (!T_map_base.translation.allFinite() || !covariance.allFinite() ||
-      Eigen::LLT<Eigen::Matrix3d>(covariance(kPlanarRows, kPlanarRows)).info() != Eigen::Success) {
-    return Error{"pose: expected finite numbers, and a covariance of x, y and yaw that is positive definite"};
+      Eigen::LLT<Eigen::Matrix3d>(covariance(kPlanarRows, kPlanarRows)).info() != Eigen::Success ||
+      Eigen::LLT<Matrix6d>(regular).info() != Eigen::Success) {
+    return Error{"pose: expected finite numbers, and a covariance that is positive definite in x, y and yaw"};
   }
   const double distance = DistanceToMap(*map(), T_map_base);
   if (distance > kFarthest) {
@@ -280,7 +303,7 @@ const TrajectoryRecorder& Estimator::trajectory() const { return session_->local
 
 std::optional<EstimatorSnapshot> Estimator::Snapshot() const {
   if (map() == nullptr) return std::nullopt;
-  return EstimatorSnapshot{map(), trajectory(), settings_.camera, session_->last_frame};
+  return EstimatorSnapshot{map(), trajectory(), map_camera_, session_->last_frame};
 }
 
 }  // namespace planar_vslam

@@ -30,7 +30,8 @@ void Localization::StartIn(std::shared_ptr<const Map> map) {
 
 void Localization::StartAt(const Rigid3& T_map_base, const Matrix6d& covariance) {
   tracker_.StartAt(*map_, T_map_base, covariance);
-  T_map_base_ = T_map_base;
+  last_.T_map_base = T_map_base;
+  last_.leads_from = Timestamp{last_.stamp.nanoseconds + 1};
 }
 
 void Localization::Follow(const MapChange& change) {
@@ -38,7 +39,11 @@ void Localization::Follow(const MapChange& change) {
   trajectory_.OnCulled(change.keyframes_culled);
   if (change.keyframe.has_value()) {
     trajectory_.Reanchor(change.keyframe->stamp, change.keyframe->id);
-    tracker_.OnKeyframe(*map_, change.keyframe->id, change.keyframe->T_map_base_proposed.Inverse() * T_map_base_);
+    // One that was proposed before a jump is no reference after it.
+    if (!(change.keyframe->stamp < last_.leads_from)) {
+      tracker_.OnKeyframe(*map_, change.keyframe->id,
+                          change.keyframe->T_map_base_proposed.Inverse() * last_.T_map_base);
+    }
   }
   if (change.scaled.has_value()) {
     trajectory_.OnScaled(*map_, change.scaled->applied);
@@ -55,7 +60,9 @@ TrackedFrame Localization::Locate(const FramePacket& packet, bool may_make_keyfr
   report->times.push_back({"frame.extract", extracting.Milliseconds()});
   if (!packet.odometry.empty()) frame.step = Preintegrate(packet.odometry, model_.odometry_noise);
   const Stopwatch tracking;
-  if (map_ == nullptr) {
+  if (map_ == nullptr && new_map == nullptr) {
+    report->waiting_for = "a map to localize in";
+  } else if (map_ == nullptr) {
     *new_map = Initialize(packet, &frame, report);
     report->times.push_back({"frame.initialize", tracking.Milliseconds()});
   } else {
@@ -77,7 +84,8 @@ std::shared_ptr<const Map> Localization::Initialize(const FramePacket& packet, T
   tracker_.Start(*map_, id);
   for (const RecordedFrame& early : early_frames_.TakeForNewMap(*map_)) trajectory_.Add(early);
   frame->number = trajectory_.size() - 1;
-  T_map_base_ = keyframe.T_map_base;
+  last_.T_map_base = keyframe.T_map_base;
+  last_.stamp = packet.image.stamp;
   report->state = TrackingState::kTracking;
   report->keyframe = true;
   report->T_map_base = keyframe.T_map_base;
@@ -120,7 +128,9 @@ void Localization::Record(const FramePacket& packet, bool was_localized, Tracked
   }
   trajectory_.Add(recorded);
   frame->number = trajectory_.size() - 1;
-  T_map_base_ = track.T_map_base;
+  last_.T_map_base = track.T_map_base;
+  last_.stamp = packet.image.stamp;
+  if (track.jumped) last_.leads_from = packet.image.stamp;
 }
 
 }  // namespace planar_vslam

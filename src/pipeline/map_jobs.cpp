@@ -1,5 +1,6 @@
 #include "planar_vslam/pipeline/map_jobs.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <functional>
@@ -35,6 +36,11 @@ bool IsReady(const std::future<Value>& value, bool wait) {
   return value.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
 }
 
+void AddBundle(const BundleSummary& bundle, MapChange* change) {
+  change->bundle_iterations = bundle.iterations;
+  change->times.insert(change->times.end(), bundle.times.begin(), bundle.times.end());
+}
+
 MapChange MapProposal(const Map& snapshot, const KeyframeProposal& proposal, const MapJobsContext& context) {
   MappingOutcome outcome = MapKeyframe(snapshot, proposal, context.mapper);
   MapChange change;
@@ -45,7 +51,8 @@ MapChange MapProposal(const Map& snapshot, const KeyframeProposal& proposal, con
   change.keyframe =
       MapChange::NewKeyframe{outcome.report.keyframe, proposal.keyframe.stamp, proposal.keyframe.T_map_base};
   change.keyframes_culled = std::move(outcome.report.keyframes_culled);
-  if (!outcome.report.bundle.converged) change.failure = "local bundle adjustment: " + outcome.report.bundle.message;
+  if (outcome.report.bundle.failed()) change.failure = "local bundle adjustment: " + outcome.report.bundle.message;
+  AddBundle(outcome.report.bundle, &change);
   change.map = std::make_shared<const Map>(std::move(outcome.map));
   return change;
 }
@@ -98,30 +105,35 @@ void MapJobs::MakeMetric(double log_scale, Timestamp stamp) {
 
 std::vector<MapChange> MapJobs::Collect(bool wait) {
   std::vector<MapChange> changes;
-  if (retired_ != nullptr) writer_->Submit([map = std::exchange(retired_, nullptr)] {});
+  if (!retired_.empty()) writer_->Submit([maps = std::exchange(retired_, {})] {});
   do {
     if (writing_.has_value() && IsReady(writing_->change, wait)) {
       MapChange change = writing_->change.get();
       writing_.reset();
-      retired_ = std::exchange(map_, change.map);
+      retired_.push_back(std::exchange(map_, change.map));
       look_back_due_ = look_back_due_ || (change.keyframe.has_value() && map_->metric);
-      if (change.scaled.has_value()) adjust_due_ = context_.mapper.model.options.max_iterations;
+      if (change.scaled.has_value()) AdjustWholeMap(context_.mapper.model.options.max_iterations);
       changes.push_back(std::move(change));
     }
     if (searching_.has_value() && IsReady(*searching_, wait)) {
       Found found = searching_->get();
       searching_.reset();
-      Heed(std::move(found), &changes);
+      Take(std::move(found), &changes);
     }
   } while (StartDue());
   return changes;
 }
 
-// Whether something was started. A correction goes before what would be found without it.
+void MapJobs::AdjustWholeMap(int max_iterations) { adjust_due_ = std::max(adjust_due_.value_or(0), max_iterations); }
+
+// Whether something was started. A correction is applied before a new search starts.
 bool MapJobs::StartDue() {
   bool started = false;
   // Lengths of a map that has been made metric since are not those of the snapshot.
-  if (correction_.has_value() && correction_->snapshot->metric != map_->metric) correction_.reset();
+  if (correction_.has_value() && correction_->snapshot->metric != map_->metric) {
+    retired_.push_back(std::move(correction_->corrected));
+    correction_.reset();
+  }
   if (correction_.has_value() && !writing_.has_value()) {
     auto found = std::make_shared<const Found>(*std::exchange(correction_, std::nullopt));
     Write([this, found, now = map_] { return Correct(*found, now); }, true);
@@ -155,6 +167,7 @@ MapJobs::Found MapJobs::Adjust(const std::shared_ptr<const Map>& snapshot, int m
   if (adjusted.ok()) {
     found.corrected = std::make_shared<const Map>(std::move(adjusted->map));
     found.correction = std::move(adjusted->correction);
+    AddBundle(adjusted->bundle, &found.change);
   } else {
     found.change.failure = "adjustment of the whole map: " + adjusted.error().message;
   }
@@ -169,8 +182,11 @@ MapJobs::Found MapJobs::LookBackFrom(const std::shared_ptr<const Map>& snapshot)
   found.snapshot = snapshot;
   found.change.failure = std::move(outcome.failure);
   found.change.times = std::move(outcome.times);
-  found.change.accuracy = KeyframeAccuracy{newest, ProjectToPlane(keyframe.T_map_base), outcome.covariance};
+  const Map& known = outcome.closed.has_value() ? *outcome.closed->map : *snapshot;
+  found.change.accuracy =
+      KeyframeAccuracy{newest, ProjectToPlane(known.keyframes.At(newest).T_map_base), outcome.covariance};
   if (outcome.closed.has_value()) {
+    AddBundle(outcome.closed->bundle, &found.change);
     found.corrected = std::move(outcome.closed->map);
     found.correction = std::move(outcome.closed->correction);
     found.change.loop = LoopReport{outcome.closed->loop, keyframe.stamp, {}};
@@ -178,11 +194,12 @@ MapJobs::Found MapJobs::LookBackFrom(const std::shared_ptr<const Map>& snapshot)
   return found;
 }
 
-void MapJobs::Heed(Found found, std::vector<MapChange>* changes) {
+void MapJobs::Take(Found found, std::vector<MapChange>* changes) {
   if (found.corrected != nullptr) {
     correction_ = std::move(found);
     return;
   }
+  retired_.push_back(std::move(found.snapshot));
   found.change.map = map_;
   changes->push_back(std::move(found.change));
 }

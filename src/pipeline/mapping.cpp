@@ -22,7 +22,10 @@ bool Mapping::Add(const FramePacket& packet, TrackedFrame frame, const Trajector
   }
   CountSightingsOf(frame.track.matches);
   if (!frame.number.has_value()) return false;
-  if (frame.track.jumped) since_keyframe_.reset();  // odometry did not lead here
+  if (frame.track.jumped) {  // odometry did not lead here, and where it led before is refuted
+    since_keyframe_.reset();
+    sweeps_.DropOnOdometry(trajectory);
+  }
   sweeps_.Add(packet, *frame.number);
   if (!frame.track.wants_keyframe || jobs_.busy()) return false;
   Propose(packet, std::move(frame), trajectory);

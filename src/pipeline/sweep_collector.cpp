@@ -1,5 +1,6 @@
 #include "planar_vslam/pipeline/sweep_collector.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -34,6 +35,13 @@ std::optional<LaserSweep> SweepCollector::TakeLatest(const Rigid2& T_odom_base, 
   Waiting latest = std::move(waiting_.back());
   waiting_.pop_back();
   return LaserSweep{std::move(latest.scan), latest.T_base_laser, T_odom_base.Inverse() * latest.T_odom_base};
+}
+
+void SweepCollector::DropOnOdometry(const TrajectoryRecorder& trajectory) {
+  const auto is_refuted = [&trajectory](const Waiting& sweep) {
+    return trajectory.Remembers(sweep.frame) && trajectory.IsOnOdometry(sweep.frame);
+  };
+  waiting_.erase(std::remove_if(waiting_.begin(), waiting_.end(), is_refuted), waiting_.end());
 }
 
 std::vector<AddSweeps> SweepCollector::Take(const Map& map, const TrajectoryRecorder& trajectory, bool all) {

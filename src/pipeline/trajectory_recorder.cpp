@@ -26,7 +26,7 @@ void TrajectoryRecorder::ForgetOldest() {
 }
 
 bool TrajectoryRecorder::IsOnOdometry(std::size_t number) const {
-  PV_CHECK(number >= forgotten_ && number < size(), "frame " << number << " of " << forgotten_ << " to " << size());
+  PV_CHECK(Remembers(number), "frame " << number << " of " << forgotten_ << " to " << size());
   return frames_[number - forgotten_].on_odometry;
 }
 

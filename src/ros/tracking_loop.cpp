@@ -45,11 +45,6 @@ void TrackingLoop::Restart() {
   events_.on_restart();
 }
 
-Expected<bool> TrackingLoop::Order(const std::function<Expected<bool>(Estimator&)>& command) {
-  if (estimator_ == nullptr) return Error{"there is no estimator yet; it waits for an image and its camera_info"};
-  return command(*estimator_);
-}
-
 std::optional<EstimatorSnapshot> TrackingLoop::Snapshot() const {
   if (estimator_ == nullptr) return std::nullopt;
   return estimator_->Snapshot();
@@ -127,9 +122,9 @@ void TrackingLoop::On(const TfInput& tf) {
     transform.child_frame_id = io::FrameName(transform.child_frame_id);
     if (transform.header.frame_id == settings_.map_frame) continue;  // our own
     const bool is_odometry = settings_.odometry == OdometrySource::kTf && transform.header.frame_id == odom_frame_;
-    if (is_odometry && !AcceptStamp(Stream::kOdometry, transform.header.stamp)) continue;
+    const bool is_new = is_odometry && AcceptStamp(Stream::kOdometry, transform.header.stamp);  // which may clear tf_
     tf_.setTransform(transform, "tf", tf.is_static);
-    if (is_odometry) odometry_.push_back({ToTimestamp(transform.header.stamp), nullptr});
+    if (is_new) odometry_.push_back({ToTimestamp(transform.header.stamp), nullptr});
   }
 }
 
@@ -198,6 +193,7 @@ bool TrackingLoop::Use(const WaitingImage& image) {
     }
     StartEstimator();
   }
+  if (refused_) return true;
   std::optional<Rigid3> T_base_camera = Rigid3();
   if (settings_.has_base()) T_base_camera = LookUp(base_frame_, image.frame_id, image.stamp);
   if (!T_base_camera.has_value()) {
@@ -232,7 +228,8 @@ void TrackingLoop::StartEstimator() {
     return;
   }
   const Expected<bool> loaded = estimator_->LoadMap(*settings_.saved_map);
-  if (!loaded.ok()) events_.on_map_refused(loaded.error().message);
+  refused_ = !loaded.ok();
+  if (refused_) events_.on_map_refused(loaded.error().message);
 }
 
 void TrackingLoop::Report(const std::vector<FrameReport>& frames) {

@@ -33,8 +33,6 @@ class TrackingLoop {
   void Handle(const Input& input);
   // Drops the map and starts over.
   void Restart();
-  // A command for the estimator; an Error too while there is none.
-  Expected<bool> Order(const std::function<Expected<bool>(Estimator&)>& command);
   // Nothing while there is no map.
   std::optional<EstimatorSnapshot> Snapshot() const;
 
@@ -100,6 +98,7 @@ class TrackingLoop {
   std::array<std::optional<Timestamp>, 3> newest_;  // by stream
   MessageCovarianceReader covariance_;
   std::unique_ptr<Estimator> estimator_;
+  bool refused_ = false;  // the map to start from does not fit
   std::string waiting_for_;
   std::map<std::string, long> unused_;
 };

@@ -58,7 +58,7 @@ TEST_F(LookBackTest, ClosesALoopAndTakesTheDriftOut) {
 
 TEST_F(LookBackTest, AKidnappedRobotFindsHome) {
   KeyframeId kidnapped;
-  const Driver driver = ComeBackCarried(test::kCarried, &kidnapped);
+  const Driver driver = ComeBackKidnapped(test::kKidnapped, &kidnapped);
   const LookBackOutcome outcome = LookBack(driver.map(), driver.newest(), mapper_);
   ASSERT_TRUE(outcome.closed.has_value()) << outcome.failure;
   const Map& map = *outcome.closed->map;
@@ -96,7 +96,7 @@ TEST_F(LookBackTest, ALoopWhoseAdjustmentFailsIsNotClosed) {
 
 TEST_F(LookBackTest, ItsCorrectionLeadsFromTheSnapshotToTheClosedMap) {
   KeyframeId kidnapped;
-  for (const Driver& driver : {ComeBack(test::kDrift), ComeBackCarried(test::kCarried, &kidnapped)}) {
+  for (const Driver& driver : {ComeBack(test::kDrift), ComeBackKidnapped(test::kKidnapped, &kidnapped)}) {
     const LookBackOutcome outcome = LookBack(driver.map(), driver.newest(), mapper_);
     ASSERT_TRUE(outcome.closed.has_value());
     const Map rebased = Rebase(driver.map(), outcome.closed->correction);

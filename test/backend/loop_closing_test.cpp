@@ -8,8 +8,8 @@ namespace planar_vslam {
 namespace {
 
 using test::Driver;
-using test::kCarried;
 using test::kDrift;
+using test::kKidnapped;
 using test::kSystematic;
 using test::LoopTest;
 
@@ -95,24 +95,24 @@ TEST_F(LoopTest, APlaceThatIsJoinedAlreadyIsNoLoop) {
   EXPECT_FALSE(FindLoop(*closed, driver.newest(), uncertainty, context_, {}).has_value());
 }
 
-TEST_F(LoopTest, ACarriedRobotFindsHomeAndItsWheelsAreNotBelieved) {
-  KeyframeId carried;
-  const Driver driver = ComeBackCarried(kCarried, &carried);
+TEST_F(LoopTest, AKidnappedRobotFindsHomeAndItsWheelsAreNotBelieved) {
+  KeyframeId kidnapped;
+  const Driver driver = ComeBackKidnapped(kKidnapped, &kidnapped);
   const std::optional<Loop> loop = Find(driver);
   ASSERT_TRUE(loop.has_value());
   const Expected<BentMap> bent = CloseLoop(driver.map(), *loop, TiesOf(driver.map(), context_));
   ASSERT_TRUE(bent.ok()) << bent.error().message;
   const Map* closed = &bent->map;
   EXPECT_LT(Distance(closed->keyframes.At(driver.newest()).T_map_base, TrueView(kViews - 1)), 0.03);
-  EXPECT_FALSE(closed->keyframes.At(carried).odometry_link.has_value());
+  EXPECT_FALSE(closed->keyframes.At(kidnapped).odometry_link.has_value());
   for (auto it = std::next(driver.map().keyframes.begin()); it != driver.map().keyframes.end(); ++it) {
-    EXPECT_EQ(closed->keyframes.At(it->first).odometry_link.has_value(), it->first != carried) << it->first.value;
+    EXPECT_EQ(closed->keyframes.At(it->first).odometry_link.has_value(), it->first != kidnapped) << it->first.value;
   }
   // What came after the carrying moved as one piece.
-  const Rigid3 T_before = driver.map().keyframes.At(carried).T_map_base.Inverse() *
-                          driver.map().keyframes.At(KeyframeId{carried.value + 8}).T_map_base;
-  const Rigid3 T_after = closed->keyframes.At(carried).T_map_base.Inverse() *
-                         closed->keyframes.At(KeyframeId{carried.value + 8}).T_map_base;
+  const Rigid3 T_before = driver.map().keyframes.At(kidnapped).T_map_base.Inverse() *
+                          driver.map().keyframes.At(KeyframeId{kidnapped.value + 8}).T_map_base;
+  const Rigid3 T_after = closed->keyframes.At(kidnapped).T_map_base.Inverse() *
+                         closed->keyframes.At(KeyframeId{kidnapped.value + 8}).T_map_base;
   EXPECT_LT(Distance(T_before, T_after), 0.01);
 }
 

@@ -107,13 +107,13 @@ class LoopTest : public ::testing::Test {
     return driver;
   }
   // Somebody takes the robot away in full view of the place; it drives eight metres and comes back from elsewhere.
-  Driver ComeBackCarried(const Rigid3& error, KeyframeId* carried) const {
+  Driver ComeBackKidnapped(const Rigid3& error, KeyframeId* kidnapped) const {
     Driver driver(world_);
     SyntheticWorldOptions elsewhere;
     elsewhere.points = 600;
     elsewhere.seed = 99;
     const SyntheticWorld other = MakeSyntheticWorld(elsewhere);
-    *carried = driver.Drive(Rigid2(), Observe(other, other.T_base_camera, 0.0, 1).features);
+    *kidnapped = driver.Drive(Rigid2(), Observe(other, other.T_base_camera, 0.0, 1).features);
     for (int k = 0; k < 16; ++k) driver.Drive(Rigid2(0.5, 0.0, 0.0), Blank());
     for (int k = 0; k < kViews; ++k) driver.Stand(error * TrueView(k), TrueView(k), 1.0);
     driver.MapAnew(kViews, error);
@@ -130,6 +130,6 @@ class LoopTest : public ::testing::Test {
 };
 
 inline const Rigid3 kDrift = Embed3(Rigid2(0.12, -0.1, 0.03));
-inline const Rigid3 kCarried = Embed3(Rigid2(3.0, -1.5, 0.9));
+inline const Rigid3 kKidnapped = Embed3(Rigid2(3.0, -1.5, 0.9));
 
 }  // namespace planar_vslam::test

@@ -134,7 +134,7 @@ TEST(MapUncertainty, OfTwoKeyframesIsThatOfTheWayBetweenThem) {
 }
 
 // The last keyframe of the world stays where it was, by its wheels, and sees another world.
-Map Carried(const test::SyntheticWorld& world, std::size_t keypoints) {
+Map Kidnapped(const test::SyntheticWorld& world, std::size_t keypoints) {
   auto features = std::make_shared<FrameFeatures>();
   features->keypoints.resize(keypoints);
   features->descriptors.resize(keypoints);
@@ -153,7 +153,7 @@ std::size_t CountDoubtful(const std::vector<MapTie>& ties) {
 TEST(MapTies, AStepOfTheWheelsIntoQuiteAnotherViewIsDoubtful) {
   const test::SyntheticWorld world = test::MakeSyntheticWorld({});
   EXPECT_EQ(CountDoubtful(TiesOf(world.map, world.Context())), 0u);
-  const Map carried = Carried(world, 300);
+  const Map carried = Kidnapped(world, 300);
   const std::vector<MapTie> ties = TiesOf(carried, world.Context());
   ASSERT_EQ(CountDoubtful(ties), 1u);
   EXPECT_EQ(ties.back().j, carried.keyframes.size() - 1);
@@ -162,12 +162,12 @@ TEST(MapTies, AStepOfTheWheelsIntoQuiteAnotherViewIsDoubtful) {
 
 TEST(MapTies, ADarkViewMakesNoStepDoubtful) {
   const test::SyntheticWorld world = test::MakeSyntheticWorld({});
-  EXPECT_EQ(CountDoubtful(TiesOf(Carried(world, 20), world.Context())), 0u);
+  EXPECT_EQ(CountDoubtful(TiesOf(Kidnapped(world, 20), world.Context())), 0u);
 }
 
 TEST(MapTies, ALaserThatSawTheStepMakesItCertain) {
   const test::SyntheticWorld world = test::MakeSyntheticWorld({});
-  Map map = Carried(world, 300);
+  Map map = Kidnapped(world, 300);
   const auto& [id, keyframe] = *std::prev(map.keyframes.end());
   map = Apply(std::move(map), {AddLaserLinks{id, {*keyframe.odometry_link}}});
   EXPECT_EQ(CountDoubtful(TiesOf(map, world.Context())), 0u);

@@ -164,6 +164,54 @@ TEST_F(EstimatorTest, AnotherCameraMayLocalizeButNotMap) {
   ASSERT_TRUE(estimator.LoadMap(saved).ok());
   EXPECT_FALSE(estimator.SetMode(RunMode::kMapping).ok());
   EXPECT_EQ(estimator.mode(), RunMode::kLocalization);
+  EXPECT_EQ(estimator.Snapshot()->camera.fx, saved.camera.fx) << "the map keeps the camera that made it";
+}
+
+TEST_F(EstimatorTest, WithoutAMapToLocalizeInFramesWait) {
+  Estimator estimator(Settings(RunMode::kLocalization));
+  Begin(&estimator, 0);
+  const FrameReport report = Drive(&estimator, 0, 40);
+  EXPECT_EQ(report.state, TrackingState::kInitializing);
+  EXPECT_EQ(report.waiting_for, "a map to localize in");
+  EXPECT_EQ(estimator.map(), nullptr);
+}
+
+TEST_F(EstimatorTest, ARestartLocalizesInTheSameMap) {
+  Estimator estimator(Settings());
+  Begin(&estimator, 0);
+  Drive(&estimator, 0, 60);
+  ASSERT_TRUE(estimator.SetMode(RunMode::kLocalization).ok());
+  const std::shared_ptr<const Map> map = estimator.map();
+  estimator.Restart();
+  EXPECT_EQ(estimator.mode(), RunMode::kLocalization);
+  EXPECT_EQ(estimator.map(), map);
+  Begin(&estimator, 20);
+  EXPECT_EQ(Drive(&estimator, 20, 40).state, TrackingState::kTracking);
+  EXPECT_EQ(estimator.map(), map);
+}
+
+TEST_F(EstimatorTest, ThreadedCommandsMayComeWhileJobsRun) {
+  EstimatorSettings settings = Settings();
+  settings.schedule = Schedule::kThreaded;
+  const SavedMap saved = Saved();
+  for (int round = 0; round < 3; ++round) {
+    Estimator estimator(settings);
+    Begin(&estimator, 0);
+    Drive(&estimator, 0, 40);
+    EXPECT_TRUE(estimator.AdjustMap().ok());
+    Step(&estimator, 40);
+    if (round > 0) {
+      EXPECT_TRUE(estimator.SetMode(RunMode::kLocalization).ok());
+      EXPECT_TRUE(estimator.SetMode(RunMode::kMapping).ok());
+    }
+    const Rigid3 T_map_base = estimator.map()->keyframes.begin()->second.T_map_base;
+    EXPECT_TRUE(estimator.StartAt(T_map_base, 0.01 * Matrix6d::Identity()).ok());
+    Step(&estimator, 41);
+    EXPECT_TRUE(estimator.LoadMap(saved).ok());
+    Drive(&estimator, 42, 60);
+    EXPECT_TRUE(Validate(*estimator.map()).empty());
+    if (round > 1) estimator.Restart();
+  }
 }
 
 TEST_F(EstimatorTest, TheModeChangesWhileDriving) {
@@ -230,6 +278,7 @@ TEST_F(EstimatorTest, ThreadedJobsChangeTheMapWhileTheDriveGoesOn) {
   EstimatorSettings settings = Settings();
   settings.schedule = Schedule::kThreaded;
   settings.trajectory_frames = 20;
+  settings.options.final_bundle_adjustment = false;
   Estimator estimator(settings);
   Begin(&estimator, 0);
   FrameReport report;

@@ -3,7 +3,7 @@
 // that may have gained keyframes and landmarks, lost some, and been adjusted locally. Rebase() moves
 //   - a keyframe of both so that it keeps the motion it has made since:  T' = T_after T_before^-1 T_now,
 //   - a keyframe added since as one piece with the corrected keyframe it hangs on: the next one back along its odometry
-//     links, or the newest corrected one where the links do not lead to any,
+//     links; without a link, as after a jump, the one that sees most of the same; else the newest corrected one,
 //   - a landmark of both:  p' = p_after + R (p_now - p_before),  R the rotation of T_after T_before^-1 of its keyframe,
 //   - a landmark added since with its keyframe, which is the one that created it, or else the first that observes it,
 // and then repeats the structural steps of the job. Steps that name ids that are gone are passed over (map_edit.h).

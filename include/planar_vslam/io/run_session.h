@@ -33,9 +33,9 @@ struct RunResult {
 // Runs to the end, final optimisation included. An error means the recording could not be read on.
 Expected<RunResult> RunSession(Recording& recording, Estimator& estimator, const RunSettings& settings);
 
-// trajectory.txt, trajectory_live.txt, status.csv, keyframes.txt, scale_cameras.txt (the unscaled cameras the scale was
-// recovered from, where it was), map.pvm and points.pcd (where there is a map), map.pgm/.yaml/.bt (metric maps only),
-// report.json, into an existing or new folder. With `deterministic` no file depends on the clock.
+// trajectory.txt, trajectory_live.txt, covariance_live.csv, status.csv, keyframes.txt, scale_cameras.txt (the unscaled
+// cameras the scale was recovered from, where it was), map.pvm and points.pcd (where there is a map), map.pgm/.yaml/.bt
+// (metric maps only), report.json, into an existing or new folder. With `deterministic` no file depends on the clock.
 Expected<bool> WriteRunOutputs(const std::filesystem::path& folder, const Estimator& estimator, const RunResult& result,
                                bool deterministic);
 

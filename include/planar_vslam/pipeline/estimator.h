@@ -43,8 +43,8 @@ struct EstimatorSettings {
 struct EstimatorSnapshot {
   std::shared_ptr<const Map> map;  // never null
   TrajectoryRecorder trajectory;
-  CameraModel camera;
-  Timestamp stamp;  // of the last frame
+  CameraModel camera;  // that made the map
+  Timestamp stamp;     // of the last frame
 };
 
 class Estimator {
@@ -60,7 +60,7 @@ class Estimator {
   std::vector<FrameReport> Add(LaserFrame frame);
   std::vector<FrameReport> Flush();
   // Waits for what is under way, then adjusts the whole map unless the options say not to, or it is only localised in.
-  // The reason where that fails: the map is then as it was.
+  // The reason where that fails: the map is then as before the adjustment.
   Expected<bool> Finish();
 
   // Starts over in `saved`: frames have no pose until one is recognised. In mode mapping it needs the same camera.
@@ -68,15 +68,17 @@ class Estimator {
   // Mapping lets the map grow, localization leaves it as it is; tracking goes on. Waits for jobs under way, which the
   // map would miss.
   Expected<bool> SetMode(RunMode mode);
-  // The robot is at `T_map_base` now, by somebody's word; covariance of the right tangent [translation, rotation], in
-  // which height and tilt may be zero.
+  // The robot is at `T_map_base` now, as a user or another system says; covariance of the right tangent [translation,
+  // rotation], in which height and tilt may be zero.
   Expected<bool> StartAt(const Rigid3& T_map_base, const Matrix6d& covariance);
   // The whole map is adjusted next, in the background where the schedule has one.
   Expected<bool> AdjustMap();
-  // Drops poses, map and measurements that wait, and starts over: in the map that was loaded last, or in none.
+  // Drops poses, map and measurements that wait, and starts over: in the map that was loaded or localised in last, or
+  // in none.
   void Restart();
 
   std::shared_ptr<const Map> map() const;
+  const CameraModel& map_camera() const { return map_camera_; }  // that made the map
   RunMode mode() const { return mode_; }
   const EstimatorSettings& settings() const { return settings_; }
   const MeasurementModel& model() const { return model_; }
@@ -104,6 +106,7 @@ class Estimator {
   FrameReport Process(const FramePacket& packet);
   void FollowMap(bool wait, StageTimes* times);
   void WaitForMap();
+  void FollowSweeps();
   void StartSession(std::shared_ptr<const Map> map);
   void StartMapping(std::shared_ptr<const Map> map, bool may_link);
   Expected<bool> MayGrow(const CameraModel& camera) const;

@@ -61,6 +61,7 @@ struct EstimatorReport {
   std::optional<Timestamp> initialized;     // first frame with a map
   // Frames whose odometry had its covariance from the noise model, or all of it from messages.
   long odometry_by_model = 0, odometry_by_messages = 0;
+  long adjustments = 0, adjustment_iterations = 0;  // bundle adjustments of a neighbourhood or the whole map
   // Adjustments of the map that failed and left it as it was, by what the solver said.
   std::map<std::string, long> failed_adjustments;
   StageStatistics stages;

@@ -1,6 +1,6 @@
 #pragma once
-// What is now: features of each frame, its pose in the map, the trajectory so far. Knows the map as a snapshot that
-// never changes, and follows the changes it is told of.
+// Where the robot is: extracts features, finds the pose of each frame in the map, records the trajectory. Knows the map
+// as a snapshot that never changes, and adopts the changes it is told of.
 #include <memory>
 #include <optional>
 
@@ -27,11 +27,12 @@ class Localization {
   void StartIn(std::shared_ptr<const Map> map);
   // The next frame is at `T_map_base`, with this covariance (right tangent [translation, rotation]). There is a map.
   void StartAt(const Rigid3& T_map_base, const Matrix6d& covariance);
-  // Follows a map that has changed.
+  // Adopts a changed map.
   void Follow(const MapChange& change);
 
   // The pose of the packet's frame. While there is no map a new one may come of it, which `new_map` is given; it counts
-  // from then on. Fills in the report but for T_map_odom, keyframe and total_ms.
+  // from then on. Where `new_map` is null, frames wait for a map. Fills in the report but for T_map_odom, keyframe and
+  // total_ms.
   TrackedFrame Locate(const FramePacket& packet, bool may_make_keyframe, FrameReport* report,
                       std::shared_ptr<const Map>* new_map);
 
@@ -52,7 +53,11 @@ class Localization {
   std::optional<KeyframeAccuracy> accuracy_;
   TrajectoryRecorder trajectory_;
   EarlyFrames early_frames_;
-  Rigid3 T_map_base_;  // of the last frame with a pose
+  struct {
+    Rigid3 T_map_base;
+    Timestamp stamp;
+    Timestamp leads_from;  // stamp from which on poses lead to it without a jump
+  } last_;                 // frame with a pose
 };
 
 }  // namespace planar_vslam

@@ -25,6 +25,7 @@ struct MapChange {
   std::optional<LoopReport> loop;     // it was bent; `in_map` is the follower's to say
   std::optional<MapScale> scale;      // how well its scale is known now
   std::optional<KeyframeAccuracy> accuracy;
+  int bundle_iterations = 0;
   std::string failure;  // of an adjustment, which left the map as it was
   StageTimes times;     // of the job
 };

@@ -38,12 +38,12 @@ class MapJobs {
   // Whether the writer has something to do: no keyframe may come before it is done.
   bool busy() const { return writing_.has_value() || correction_.has_value(); }
 
-  // The writer must not be busy. `T_map_base` is that of the proposal's frame.
+  // The writer must not be busy.
   void AddKeyframe(KeyframeProposal proposal);
   // Multiplies the unscaled map by exp(log_scale); it is adjusted as a whole next.
   void MakeMetric(double log_scale, Timestamp stamp);
   // As soon as the searcher is free.
-  void AdjustWholeMap(int max_iterations) { adjust_due_ = max_iterations; }
+  void AdjustWholeMap(int max_iterations);
 
   // The changes since the last call, in their order; starts what has become due. `wait`: until nothing is left to do.
   std::vector<MapChange> Collect(bool wait);
@@ -67,14 +67,14 @@ class MapJobs {
   void Write(std::function<MapChange()> job, bool corrects);
   bool StartDue();
   void Search();
-  void Heed(Found found, std::vector<MapChange>* changes);
+  void Take(Found found, std::vector<MapChange>* changes);
   Found Adjust(const std::shared_ptr<const Map>& snapshot, int max_iterations) const;
   Found LookBackFrom(const std::shared_ptr<const Map>& snapshot) const;
   MapChange Correct(const Found& found, const std::shared_ptr<const Map>& now) const;
 
   const MapJobsContext context_;
   std::shared_ptr<const Map> map_;
-  std::shared_ptr<const Map> retired_;  // the last but one: big maps are taken apart on the writer's thread
+  std::vector<std::shared_ptr<const Map>> retired_;  // big maps are taken apart on the writer's thread
   std::optional<Writing> writing_;
   std::optional<std::future<Found>> searching_;
   std::optional<Found> correction_;              // waits for the writer

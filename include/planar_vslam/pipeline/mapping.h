@@ -1,5 +1,5 @@
 #pragma once
-// What is true: the map, and how it grows. Tracked frames come in; the changes their keyframes make to the map come out
+// The map and how it grows. Tracked frames come in; the changes their keyframes make to the map come out
 // some frames later. Owns the map as long as it grows; absent while a robot only localises.
 #include <memory>
 #include <optional>
@@ -57,7 +57,7 @@ class Mapping {
   const MapJobsContext context_;
   const KeyframeId session_begin_;              // the first keyframe that is not of a map before
   std::optional<PlanarMotion> since_keyframe_;  // by odometry; nothing where that does not lead here
-  CountSightings sightings_;                    // likewise
+  CountSightings sightings_;                    // since the last proposal
   SweepCollector sweeps_;
   ScaleGate scale_gate_;
   std::string scale_missing_;

@@ -19,6 +19,8 @@ class SweepCollector {
   // The last waiting sweep, in the base at `T_odom_base`, if it was taken at most 0.3 s before `stamp`: the own one of
   // a keyframe made there, placed by odometry alone. It waits no more.
   std::optional<LaserSweep> TakeLatest(const Rigid2& T_odom_base, Timestamp stamp);
+  // What waits with frames on odometry is dropped: their poses turned out to be wrong.
+  void DropOnOdometry(const TrajectoryRecorder& trajectory);
   // What waits, one edit a keyframe; nothing while the map is not metric. Sweeps of frames on odometry wait on, unless
   // `all` are wanted, for the keyframe that those will hang on.
   std::vector<AddSweeps> Take(const Map& map, const TrajectoryRecorder& trajectory, bool all);

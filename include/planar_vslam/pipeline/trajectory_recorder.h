@@ -36,7 +36,8 @@ class TrajectoryRecorder {
   // Frames are numbered from 0 as they are added. A keyframe of `map` and T_keyframe_base of the frame; nothing when it
   // is forgotten.
   std::optional<std::pair<KeyframeId, Rigid3>> Anchor(const Map& map, std::size_t number) const;
-  // Of a frame that is not forgotten.
+  bool Remembers(std::size_t number) const { return number >= forgotten_ && number < size(); }
+  // Of a frame that is remembered.
   bool IsOnOdometry(std::size_t number) const;
   // How many were added, forgotten ones included.
   std::size_t size() const { return forgotten_ + frames_.size(); }
