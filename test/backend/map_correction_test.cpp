@@ -131,6 +131,30 @@ TEST_P(RebaseTest, WhatIsGoneByNowIsPassedOver) {
       << "its other half is gone: it is not merged";
 }
 
+TEST_P(RebaseTest, AKeyframeAfterAJumpMovesWithWhatItSees) {
+  Map now = WithNew(snapshot_, KeyframeId{});
+  const KeyframeId added{snapshot_.next_keyframe_id}, seen{0};
+  MapEdit sightings;
+  std::uint32_t keypoint = 1;  // the first is taken
+  for (const LandmarkId id : snapshot_.keyframes.At(seen).landmarks) {
+    constexpr std::uint32_t kSome = 20;
+    if (id.valid() && keypoint <= kSome) sightings.emplace_back(AddObservation{id, {added, keypoint++}});
+  }
+  now = Apply(std::move(now), sightings);
+  const Map rebased = Rebase(now, correction_);
+  EXPECT_EQ(Validate(rebased), std::vector<std::string>{});
+  const Rigid3 expected = MotionOf(seen) * now.keyframes.At(added).T_map_base;
+  EXPECT_LT(Difference(rebased.keyframes.At(added).T_map_base, expected), kRounding);
+}
+
+TEST_P(RebaseTest, AStepThatWasRefutedGoesThoughItsKeyframeIsGone) {
+  const Map now = Apply(snapshot_, {EraseKeyframe{KeyframeId{5}}});
+  ASSERT_EQ(now.keyframes.At(KeyframeId{6}).odometry_link->from, KeyframeId{4}) << "bridged across it";
+  const Map rebased = Rebase(now, correction_);
+  EXPECT_FALSE(rebased.keyframes.At(KeyframeId{6}).odometry_link.has_value());
+  EXPECT_TRUE(rebased.keyframes.At(KeyframeId{7}).odometry_link.has_value());
+}
+
 INSTANTIATE_TEST_SUITE_P(Seeds, RebaseTest, ::testing::Range(1U, 9U));
 
 TEST(Rebase, OfNothingChangesNothing) {

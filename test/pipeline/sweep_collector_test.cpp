@@ -43,6 +43,13 @@ TEST_F(SweepCollectorTest, SweepsOfFramesOnOdometryWaitForTheirKeyframe) {
   EXPECT_EQ(Taken(), 1U);
 }
 
+TEST_F(SweepCollectorTest, SweepsOfPosesThatWereRefutedAreDropped) {
+  AddFrame(0.1);
+  AddFrame(0.2, true);
+  collector_.DropOnOdometry(trajectory_);
+  EXPECT_EQ(Taken(), 1U) << "the one that was seen";
+}
+
 TEST_F(SweepCollectorTest, SweepsGoToTheKeyframeOfTheirFrame) {
   AddFrame(0.1);
   const std::vector<AddSweeps> edits = collector_.Take(map_, trajectory_, true);
