@@ -121,7 +121,8 @@ void TrackingLoop::On(const TfInput& tf) {
     transform.header.frame_id = io::FrameName(transform.header.frame_id);
     transform.child_frame_id = io::FrameName(transform.child_frame_id);
     if (transform.header.frame_id == settings_.map_frame) continue;  // our own
-    const bool is_odometry = settings_.odometry == OdometrySource::kTf && transform.header.frame_id == odom_frame_;
+    const bool is_odometry =
+        settings_.odometry == OdometrySource::kTf && !tf.is_static && transform.header.frame_id == odom_frame_;
     const bool is_new = is_odometry && AcceptStamp(Stream::kOdometry, transform.header.stamp);  // which may clear tf_
     tf_.setTransform(transform, "tf", tf.is_static);
     if (is_new) odometry_.push_back({ToTimestamp(transform.header.stamp), nullptr});
@@ -193,6 +194,7 @@ bool TrackingLoop::Use(const WaitingImage& image) {
     }
     StartEstimator();
   }
+  waiting_for_.clear();
   if (refused_) return true;
   std::optional<Rigid3> T_base_camera = Rigid3();
   if (settings_.has_base()) T_base_camera = LookUp(base_frame_, image.frame_id, image.stamp);
@@ -200,7 +202,6 @@ bool TrackingLoop::Use(const WaitingImage& image) {
     waiting_for_ = fmt::format("tf {} -> {}", base_frame_, image.frame_id);
     return false;
   }
-  waiting_for_.clear();
   Expected<GrayImage> gray = image.decode();
   if (!gray.ok()) {
     ROS_WARN_THROTTLE(10.0, "%s: %s", image_topic_.c_str(), gray.error().message.c_str());
