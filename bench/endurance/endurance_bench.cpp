@@ -1,6 +1,7 @@
 // Hours of localisation in a saved map, as the node does it: memory and time per frame must not grow.
 //   bench_endurance DATASET_FOLDER MAP.pvm [MINUTES=60]
-// The recorded drive is driven forth and back without a jump until so many minutes of it have passed; one line a minute.
+// The recorded drive is driven forth and back without a jump until so many minutes of it have passed; one line a
+// minute.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -73,8 +74,8 @@ class Endurance {
     const std::size_t count = recorded_.events.size();
     for (std::size_t k = 0; k < count; ++k) {
       const RecordedEvent& event = recorded_.events[forth ? k : count - 1 - k];
-      const std::int64_t passed = forth ? StampOf(event).nanoseconds - first.nanoseconds
-                                        : last.nanoseconds - StampOf(event).nanoseconds;
+      const std::int64_t passed =
+          forth ? StampOf(event).nanoseconds - first.nanoseconds : last.nanoseconds - StampOf(event).nanoseconds;
       Take(At(event, Timestamp{begin_.nanoseconds + passed}));
     }
     begin_.nanoseconds += last.nanoseconds - first.nanoseconds + kPause;

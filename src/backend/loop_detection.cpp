@@ -72,8 +72,7 @@ class LoopFinder {
   }
 
   CameraView ViewOf(const Keyframe& keyframe) const {
-    CameraView view{keyframe.features, keyframe.T_base_camera, context_.camera, context_.planar,
-                    context_.pixel_sigma};
+    CameraView view{keyframe.features, keyframe.T_base_camera, context_.camera, context_.planar, context_.pixel_sigma};
     if (!keyframe.on_floor) view.planar.mode = PlanarMode::kOff;
     return view;
   }
