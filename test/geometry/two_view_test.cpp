@@ -27,15 +27,16 @@ template <class Depth>
 Scene MakeScene(std::uint32_t seed, const Rigid3& T_first_second, double noise, double outlier_share, Depth depth_at) {
   std::mt19937 generator(seed);
   std::uniform_real_distribution<double> u(0.0, 2.0 * kCx), v(0.0, 2.0 * kCy), share(0.0, 1.0);
-  std::normal_distribution<double> error(0.0, noise);
+  std::normal_distribution<double> normal;
+  const auto error = [&] { return noise * normal(generator); };
   Scene scene;
   scene.T_first_second = T_first_second;
   while (scene.first.size() < kMatches) {
     const double x = (u(generator) - kCx) / kFocal, y = (v(generator) - kCy) / kFocal;
     const Eigen::Vector3d p = depth_at(x, y, share(generator)) * Eigen::Vector3d(x, y, 1.0);
     const Eigen::Vector3d q = T_first_second.Inverse() * p;
-    const Eigen::Vector2d first_error(error(generator), error(generator));
-    const Eigen::Vector2d second_error(error(generator), error(generator));
+    const Eigen::Vector2d first_error(error(), error());
+    const Eigen::Vector2d second_error(error(), error());
     const Eigen::Vector2d wrong(u(generator), v(generator));
     const bool outlier = share(generator) < outlier_share;
     if (q.z() < 0.1) continue;
