@@ -44,13 +44,7 @@ double MedianDepth(const Map& map, const std::vector<LandmarkId>& ids, const Rig
   return Median(std::move(depths));
 }
 
-std::vector<KeyframeId> VotedKeyframes(const Map& map, const std::vector<LandmarkId>& landmarks, std::size_t limit) {
-  std::vector<int> votes(map.next_keyframe_id, 0);
-  for (const LandmarkId id : landmarks) {
-    const Landmark* landmark = map.landmarks.Find(id);
-    if (landmark == nullptr) continue;
-    for (const Observation& o : landmark->observations) ++votes[o.keyframe.value];
-  }
+std::vector<KeyframeId> MostVoted(const std::vector<int>& votes, std::size_t limit) {
   std::vector<KeyframeId> keyframes;
   for (std::uint32_t i = 0; i < votes.size(); ++i) {
     if (votes[i] > 0) keyframes.push_back(KeyframeId{i});
@@ -59,6 +53,16 @@ std::vector<KeyframeId> VotedKeyframes(const Map& map, const std::vector<Landmar
                    [&votes](KeyframeId a, KeyframeId b) { return votes[a.value] > votes[b.value]; });
   if (keyframes.size() > limit) keyframes.resize(limit);
   return keyframes;
+}
+
+std::vector<KeyframeId> VotedKeyframes(const Map& map, const std::vector<LandmarkId>& landmarks, std::size_t limit) {
+  std::vector<int> votes(map.next_keyframe_id, 0);
+  for (const LandmarkId id : landmarks) {
+    const Landmark* landmark = map.landmarks.Find(id);
+    if (landmark == nullptr) continue;
+    for (const Observation& o : landmark->observations) ++votes[o.keyframe.value];
+  }
+  return MostVoted(votes, limit);
 }
 
 std::vector<KeyframeId> NearbyKeyframes(const Map& map, const Rigid3& T_map_camera, double distance, double angle,

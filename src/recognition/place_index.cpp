@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "planar_vslam/feature/matching.h"
+#include "planar_vslam/map/queries.h"
 #include "planar_vslam/recognition/place_limits.h"
 
 namespace planar_vslam {
@@ -41,14 +42,7 @@ std::vector<KeyframeId> PlaceIndex::Resembling(const FrameFeatures& features, st
       ++votes[id.value];
     }
   }
-  std::vector<KeyframeId> keyframes;
-  for (std::uint32_t i = 0; i < votes.size(); ++i) {
-    if (votes[i] > 0) keyframes.push_back(KeyframeId{i});
-  }
-  std::stable_sort(keyframes.begin(), keyframes.end(),
-                   [&votes](KeyframeId a, KeyframeId b) { return votes[a.value] > votes[b.value]; });
-  if (keyframes.size() > limit) keyframes.resize(limit);
-  return keyframes;
+  return MostVoted(votes, limit);
 }
 
 void PlaceIndex::Append(LandmarkId id, const Landmark& landmark) {

@@ -18,6 +18,9 @@ int CountWellObserved(const Map& map, const std::vector<LandmarkId>& ids);
 // Median depth of the existing ones of `ids` in the camera; 0 where there is none.
 double MedianDepth(const Map& map, const std::vector<LandmarkId>& ids, const Rigid3& T_map_camera);
 
+// The keyframes with votes, most first, ties by smaller id, at most `limit`. `votes` by keyframe id.
+std::vector<KeyframeId> MostVoted(const std::vector<int>& votes, std::size_t limit);
+
 // The keyframes that see the existing ones of `landmarks`, most of them first, ties by smaller id; at most `limit`.
 std::vector<KeyframeId> VotedKeyframes(const Map& map, const std::vector<LandmarkId>& landmarks, std::size_t limit);
 
