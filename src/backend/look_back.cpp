@@ -61,7 +61,7 @@ LookBackOutcome LookBack(const Map& snapshot, KeyframeId newest, const MapperCon
 }
 
 Expected<AdjustedMap> AdjustWholeMap(const Map& map, const MeasurementModel& model) {
-  const BundleResult bundle = AdjustBundle(map, WholeMapRequest(map), model);
+  const BundleResult bundle = AdjustBundle(map, WholeMapRequest(map), model, BundleSolver::kCeres);
   if (bundle.failed()) return Error{bundle.message};
   MapEdit outliers;
   for (const auto& [landmark, keyframe] : bundle.outliers) outliers.emplace_back(EraseObservation{landmark, keyframe});

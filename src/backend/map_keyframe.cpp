@@ -82,7 +82,8 @@ MappingOutcome MapKeyframe(const Map& snapshot, const KeyframeProposal& proposal
   report.fused = static_cast<int>(FuseWithNeighbors(&map, id, context).size());
   clock.End("map.fuse");
 
-  const BundleResult bundle = AdjustBundle(map, LocalRequest(map, id, context.options), context.model);
+  const BundleResult bundle =
+      AdjustBundle(map, LocalRequest(map, id, context.options), context.model, BundleSolver::kSchur);
   map = Apply(std::move(map), ToEdit(bundle));
   report.bundle = bundle;
   clock.End("map.bundle");

@@ -178,7 +178,7 @@ InitializerReport Initializer::Finish(const InitializerInput& input, const Rigid
   map = Apply(std::move(map), edit);
   MeasurementModel context = bundle_;
   context.options.max_iterations = 20;
-  const BundleResult bundle = AdjustBundle(map, WholeMapRequest(map), context);
+  const BundleResult bundle = AdjustBundle(map, WholeMapRequest(map), context, BundleSolver::kSchur);
   if (!bundle.converged) return Restart(input, "a first map that converges");
   map = Apply(std::move(map), ToEdit(bundle));
   if (static_cast<int>(map.landmarks.size()) < options_.min_points) {

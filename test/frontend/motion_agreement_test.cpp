@@ -22,7 +22,7 @@ class MotionAgreementTest : public ::testing::Test {
     edit.emplace_back(TransformMap{scale, Rigid3()});
     edit.emplace_back(SetMetric{false});
     map = Apply(std::move(map), edit);
-    const BundleResult bundle = AdjustBundle(map, WholeMapRequest(map), world.Context());
+    const BundleResult bundle = AdjustBundle(map, WholeMapRequest(map), world.Context(), BundleSolver::kSchur);
     return Apply(std::move(map), ToEdit(bundle));
   }
   static double Disagreement(const Map& map, const test::SyntheticWorld& world, const Rigid2& error) {

@@ -20,12 +20,20 @@ double WorstPosition(const Map& map, const std::vector<Rigid3>& truth) {
 
 Rigid3 FromTilt(double roll, double pitch) { return {ExpSo3({roll, pitch, 0.0}), Eigen::Vector3d::Zero()}; }
 
-TEST(AdjustBundle, RecoversTruthFromPerturbedPosesAndPoints) {
+class BundleAdjustment : public ::testing::TestWithParam<BundleSolver> {
+ protected:
+  static BundleResult Adjust(const Map& map, const BundleRequest& request, const MeasurementModel& context) {
+    return AdjustBundle(map, request, context, GetParam());
+  }
+};
+INSTANTIATE_TEST_SUITE_P(Solvers, BundleAdjustment, ::testing::Values(BundleSolver::kSchur, BundleSolver::kCeres));
+
+TEST_P(BundleAdjustment, RecoversTruthFromPerturbedPosesAndPoints) {
   const test::SyntheticWorld world = test::MakeSyntheticWorld({});
   Map map = test::Perturbed(world, 0.02, 0.01, 0.05, 4);
   MeasurementModel context = world.Context();
   context.options.max_iterations = 50;
-  const BundleResult result = AdjustBundle(map, WholeMapRequest(map), context);
+  const BundleResult result = Adjust(map, WholeMapRequest(map), context);
   ASSERT_TRUE(result.converged) << result.message;
   EXPECT_LT(result.final_cost, 1e-2 * result.initial_cost);
   map = Apply(std::move(map), ToEdit(result));
@@ -33,7 +41,7 @@ TEST(AdjustBundle, RecoversTruthFromPerturbedPosesAndPoints) {
   EXPECT_LT(WorstPosition(map, world.true_poses), 2e-3);
 }
 
-TEST(AdjustBundle, OdometryHoldsTheScale) {
+TEST_P(BundleAdjustment, OdometryHoldsTheScale) {
   // The whole map 10 % too large: vision alone cannot tell, odometry can.
   const test::SyntheticWorld world = test::MakeSyntheticWorld({});
   for (const bool use_odometry : {true, false}) {
@@ -42,7 +50,7 @@ TEST(AdjustBundle, OdometryHoldsTheScale) {
     context.planar.mode = PlanarMode::kOff;
     context.options.use_odometry = use_odometry;
     context.options.max_iterations = 50;
-    const BundleResult result = AdjustBundle(map, WholeMapRequest(map), context);
+    const BundleResult result = Adjust(map, WholeMapRequest(map), context);
     map = Apply(std::move(map), ToEdit(result));
     const auto span = [](const Map& m) {
       const Eigen::Vector3d a = m.keyframes.begin()->second.T_map_camera().translation;
@@ -53,7 +61,7 @@ TEST(AdjustBundle, OdometryHoldsTheScale) {
   }
 }
 
-TEST(AdjustBundle, FloorPriorTakesOnlyKeyframesOnTheFloor) {
+TEST_P(BundleAdjustment, FloorPriorTakesOnlyKeyframesOnTheFloor) {
   test::SyntheticWorldOptions options;
   options.pixel_noise = 0.5;
   const test::SyntheticWorld world = test::MakeSyntheticWorld(options);
@@ -66,7 +74,7 @@ TEST(AdjustBundle, FloorPriorTakesOnlyKeyframesOnTheFloor) {
                                 request.fixed_keyframes.end());
   request.fixed_keyframes.clear();
   const auto mean_height = [&](Map map) {
-    map = Apply(std::move(map), ToEdit(AdjustBundle(map, request, context)));
+    map = Apply(std::move(map), ToEdit(Adjust(map, request, context)));
     double sum = 0.0;
     for (const auto& [id, keyframe] : map.keyframes) sum += keyframe.T_map_base.translation.z();
     return sum / static_cast<double>(map.keyframes.size());
@@ -76,15 +84,20 @@ TEST(AdjustBundle, FloorPriorTakesOnlyKeyframesOnTheFloor) {
   EXPECT_NEAR(mean_height(lifted), 0.3, 0.02);
 }
 
-class AdjustBundleOnFloor : public ::testing::TestWithParam<PlanarMode> {};
+class BundleAdjustmentOnFloor : public ::testing::TestWithParam<std::tuple<BundleSolver, PlanarMode>> {
+ protected:
+  static BundleResult Adjust(const Map& map, const BundleRequest& request, const MeasurementModel& context) {
+    return AdjustBundle(map, request, context, std::get<0>(GetParam()));
+  }
+};
 
-TEST_P(AdjustBundleOnFloor, PutsFreePosesOnTheFloorAndRecoversTruth) {
+TEST_P(BundleAdjustmentOnFloor, PutsFreePosesOnTheFloorAndRecoversTruth) {
   const test::SyntheticWorld world = test::MakeSyntheticWorld({});
   Map map = test::Perturbed(world, 0.02, 0.01, 0.05, 4);
   MeasurementModel context = world.Context();
-  context.planar.mode = GetParam();
+  context.planar.mode = std::get<1>(GetParam());
   context.options.max_iterations = 50;
-  const BundleResult result = AdjustBundle(map, WholeMapRequest(map), context);
+  const BundleResult result = Adjust(map, WholeMapRequest(map), context);
   ASSERT_TRUE(result.converged) << result.message;
   for (const auto& [id, T] : result.poses) {
     EXPECT_EQ(T.translation.z(), 0.0);
@@ -94,25 +107,27 @@ TEST_P(AdjustBundleOnFloor, PutsFreePosesOnTheFloorAndRecoversTruth) {
   EXPECT_LT(WorstPosition(map, world.true_poses), 2e-3);
 }
 
-TEST_P(AdjustBundleOnFloor, LeavesReleasedKeyframesTheirSixDegreesOfFreedom) {
+TEST_P(BundleAdjustmentOnFloor, LeavesReleasedKeyframesTheirSixDegreesOfFreedom) {
   const test::SyntheticWorld world = test::MakeSyntheticWorld({});
   Map ramp = Apply(world.map, {TransformMap{1.0, FromTilt(0.2, 0.1)}});
   for (auto& [id, keyframe] : ramp.keyframes) keyframe.on_floor = false;
   MeasurementModel context = world.Context();
   context.options.max_iterations = 50;
   context.planar.mode = PlanarMode::kOff;
-  const BundleResult free = AdjustBundle(ramp, WholeMapRequest(ramp), context);
-  context.planar.mode = GetParam();
-  const BundleResult released = AdjustBundle(ramp, WholeMapRequest(ramp), context);
+  const BundleResult free = Adjust(ramp, WholeMapRequest(ramp), context);
+  context.planar.mode = std::get<1>(GetParam());
+  const BundleResult released = Adjust(ramp, WholeMapRequest(ramp), context);
   ASSERT_EQ(free.poses.size(), released.poses.size());
   for (std::size_t i = 0; i < free.poses.size(); ++i) {
     EXPECT_EQ(free.poses[i].second.translation, released.poses[i].second.translation);
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Modes, AdjustBundleOnFloor, ::testing::Values(PlanarMode::kSe2Xyz, PlanarMode::kHard));
+INSTANTIATE_TEST_SUITE_P(SolversAndModes, BundleAdjustmentOnFloor,
+                         ::testing::Combine(::testing::Values(BundleSolver::kSchur, BundleSolver::kCeres),
+                                            ::testing::Values(PlanarMode::kSe2Xyz, PlanarMode::kHard)));
 
-TEST(AdjustBundle, SwayMakesNoOutliersOfSe2Xyz) {
+TEST_P(BundleAdjustment, SwayMakesNoOutliersOfSe2Xyz) {
   // Every keyframe saw the world from a base tilted by about half a degree.
   const test::SyntheticWorld world = test::MakeSyntheticWorld({});
   Map map = world.map;
@@ -134,13 +149,13 @@ TEST(AdjustBundle, SwayMakesNoOutliersOfSe2Xyz) {
   MeasurementModel context = world.Context();
   context.options.max_iterations = 50;
   context.planar.mode = PlanarMode::kSe2Xyz;
-  const std::size_t inflated = AdjustBundle(map, WholeMapRequest(map), context).outliers.size();
+  const std::size_t inflated = Adjust(map, WholeMapRequest(map), context).outliers.size();
   context.planar.mode = PlanarMode::kHard;
-  const std::size_t hard = AdjustBundle(map, WholeMapRequest(map), context).outliers.size();
+  const std::size_t hard = Adjust(map, WholeMapRequest(map), context).outliers.size();
   EXPECT_LT(4 * inflated, hard);
 }
 
-TEST(AdjustBundle, NamesWrongObservationsAsOutliers) {
+TEST_P(BundleAdjustment, NamesWrongObservationsAsOutliers) {
   const test::SyntheticWorld world = test::MakeSyntheticWorld({});
   Map map = world.map;
   auto features = std::make_shared<FrameFeatures>(*map.keyframes.At(KeyframeId{2}).features);
@@ -149,29 +164,29 @@ TEST(AdjustBundle, NamesWrongObservationsAsOutliers) {
       std::find_if(landmarks.begin(), landmarks.end(), [](LandmarkId id) { return id.valid(); }) - landmarks.begin());
   features->keypoints[wrong].pixel += Eigen::Vector2f(40.0F, 25.0F);
   map.keyframes.At(KeyframeId{2}).features = features;
-  const BundleResult result = AdjustBundle(map, WholeMapRequest(map), world.Context());
+  const BundleResult result = Adjust(map, WholeMapRequest(map), world.Context());
   ASSERT_EQ(result.outliers.size(), 1U);
   EXPECT_EQ(result.outliers[0].first, landmarks[wrong]);
   EXPECT_EQ(result.outliers[0].second, KeyframeId{2});
 }
 
-TEST(AdjustBundle, KeepsWhatThePixelSigmaAllows) {
+TEST_P(BundleAdjustment, KeepsWhatThePixelSigmaAllows) {
   test::SyntheticWorldOptions options;
   options.pixel_noise = 2.0;
   const test::SyntheticWorld world = test::MakeSyntheticWorld(options);
   MeasurementModel context = world.Context();
-  const std::size_t outliers = AdjustBundle(world.map, WholeMapRequest(world.map), context).outliers.size();
+  const std::size_t outliers = Adjust(world.map, WholeMapRequest(world.map), context).outliers.size();
   context.pixel_sigma = 2.0;
-  EXPECT_LT(AdjustBundle(world.map, WholeMapRequest(world.map), context).outliers.size(), outliers / 4);
+  EXPECT_LT(Adjust(world.map, WholeMapRequest(world.map), context).outliers.size(), outliers / 4);
 }
 
-TEST(AdjustBundle, GivesTheSameBitsEveryTime) {
+TEST_P(BundleAdjustment, GivesTheSameBitsEveryTime) {
   test::SyntheticWorldOptions options;
   options.pixel_noise = 0.7;
   const test::SyntheticWorld world = test::MakeSyntheticWorld(options);
   const Map map = test::Perturbed(world, 0.02, 0.01, 0.05, 5);
-  const BundleResult first = AdjustBundle(map, WholeMapRequest(map), world.Context());
-  const BundleResult second = AdjustBundle(map, WholeMapRequest(map), world.Context());
+  const BundleResult first = Adjust(map, WholeMapRequest(map), world.Context());
+  const BundleResult second = Adjust(map, WholeMapRequest(map), world.Context());
   ASSERT_EQ(first.points.size(), second.points.size());
   for (std::size_t i = 0; i < first.points.size(); ++i) EXPECT_EQ(first.points[i].second, second.points[i].second);
   for (std::size_t i = 0; i < first.poses.size(); ++i) {
@@ -180,7 +195,7 @@ TEST(AdjustBundle, GivesTheSameBitsEveryTime) {
   }
 }
 
-TEST(AdjustBundle, SaysWhenThereIsNothingToAdjust) {
+TEST_P(BundleAdjustment, SaysWhenThereIsNothingToAdjust) {
   const test::SyntheticWorld world = test::MakeSyntheticWorld({});
   BundleRequest no_landmarks = WholeMapRequest(world.map), no_keyframes = no_landmarks;
   no_landmarks.landmarks.clear();
@@ -188,7 +203,7 @@ TEST(AdjustBundle, SaysWhenThereIsNothingToAdjust) {
                                       no_keyframes.free_keyframes.end());
   no_keyframes.free_keyframes.clear();
   for (const BundleRequest& request : {BundleRequest{}, no_landmarks, no_keyframes}) {
-    const BundleResult result = AdjustBundle(world.map, request, world.Context());
+    const BundleResult result = Adjust(world.map, request, world.Context());
     EXPECT_FALSE(result.converged);
     EXPECT_FALSE(result.failed()) << "that is no failure";
     EXPECT_EQ(result.observations, 0u);
@@ -197,11 +212,11 @@ TEST(AdjustBundle, SaysWhenThereIsNothingToAdjust) {
   }
 }
 
-TEST(AdjustBundle, AFailureHasNoValues) {
+TEST_P(BundleAdjustment, AFailureHasNoValues) {
   const test::SyntheticWorld world = test::MakeSyntheticWorld({});
   Map map = world.map;
   map.landmarks.begin()->second.p_map.x() = std::numeric_limits<double>::quiet_NaN();
-  const BundleResult result = AdjustBundle(map, WholeMapRequest(map), world.Context());
+  const BundleResult result = Adjust(map, WholeMapRequest(map), world.Context());
   EXPECT_TRUE(result.failed());
   EXPECT_FALSE(result.message.empty());
   EXPECT_TRUE(ToEdit(result).empty());
@@ -219,7 +234,7 @@ void Tilt(const test::SyntheticWorld& world, const Rigid3& tilt, Keyframe* keyfr
   keyframe->features = features;
 }
 
-TEST(AdjustBundle, LaserLinksHoldTheScaleWithoutWheels) {
+TEST_P(BundleAdjustment, LaserLinksHoldTheScaleWithoutWheels) {
   const test::SyntheticWorld world = test::MakeSyntheticWorld({});
   Map map = Apply(world.map, {TransformMap{1.1, Rigid3()}});
   MeasurementModel context = world.Context();
@@ -229,7 +244,7 @@ TEST(AdjustBundle, LaserLinksHoldTheScaleWithoutWheels) {
   for (auto& [id, keyframe] : map.keyframes) {
     if (keyframe.odometry_link.has_value()) keyframe.laser_links = {*keyframe.odometry_link};
   }
-  map = Apply(std::move(map), ToEdit(AdjustBundle(map, WholeMapRequest(map), context)));
+  map = Apply(std::move(map), ToEdit(Adjust(map, WholeMapRequest(map), context)));
   const auto span = [](const Map& m) {
     const Eigen::Vector3d a = m.keyframes.begin()->second.T_map_camera().translation;
     return (std::prev(m.keyframes.end())->second.T_map_camera().translation - a).norm();
@@ -237,7 +252,7 @@ TEST(AdjustBundle, LaserLinksHoldTheScaleWithoutWheels) {
   EXPECT_NEAR(span(map) / span(world.map), 1.0, 0.01);
 }
 
-TEST(AdjustBundle, TheFloorsOfTheWheelsAreNotThoseOfTheLaser) {
+TEST_P(BundleAdjustment, TheFloorsOfTheWheelsAreNotThoseOfTheLaser) {
   const test::SyntheticWorld world = test::MakeSyntheticWorld({});
   Map map = test::Perturbed(world, 0.02, 0.01, 0.05, 4);
   for (auto& [id, keyframe] : map.keyframes) {
@@ -245,16 +260,16 @@ TEST(AdjustBundle, TheFloorsOfTheWheelsAreNotThoseOfTheLaser) {
   }
   MeasurementModel context = world.Context();
   context.options.use_odometry = false;
-  const BundleResult before = AdjustBundle(map, WholeMapRequest(map), context);
+  const BundleResult before = Adjust(map, WholeMapRequest(map), context);
   context.odometry_noise.position_floor *= 10.0;
   context.odometry_noise.heading_floor *= 10.0;
-  const BundleResult after = AdjustBundle(map, WholeMapRequest(map), context);
+  const BundleResult after = Adjust(map, WholeMapRequest(map), context);
   for (std::size_t i = 0; i < before.poses.size(); ++i) {
     EXPECT_EQ(before.poses[i].second.translation, after.poses[i].second.translation);
   }
 }
 
-TEST(AdjustBundle, LetsGoOfAStepInWhichTheWheelsSlipped) {
+TEST_P(BundleAdjustment, LetsGoOfAStepInWhichTheWheelsSlipped) {
   test::SyntheticWorldOptions options;
   options.pixel_noise = 0.5;
   const test::SyntheticWorld world = test::MakeSyntheticWorld(options);
@@ -264,14 +279,14 @@ TEST(AdjustBundle, LetsGoOfAStepInWhichTheWheelsSlipped) {
   context.options.max_iterations = 50;
   const auto worst = [&](double loss) {
     context.options.odometry_loss = loss;
-    return WorstPosition(Apply(map, ToEdit(AdjustBundle(map, WholeMapRequest(map), context))), world.true_poses);
+    return WorstPosition(Apply(map, ToEdit(Adjust(map, WholeMapRequest(map), context))), world.true_poses);
   };
   const double robust = worst(BundleOptions{}.odometry_loss), trusting = worst(1e6);
   EXPECT_LT(robust, 0.01);
   EXPECT_GT(trusting, 2.0 * robust);
 }
 
-TEST(AdjustBundle, LetsGoOfTheLevelWhereTheRobotTilts) {
+TEST_P(BundleAdjustment, LetsGoOfTheLevelWhereTheRobotTilts) {
   test::SyntheticWorldOptions options;
   options.pixel_noise = 0.5;
   const test::SyntheticWorld world = test::MakeSyntheticWorld(options);
@@ -286,7 +301,7 @@ TEST(AdjustBundle, LetsGoOfTheLevelWhereTheRobotTilts) {
   context.options.drop_outliers = false;  // from where the map starts all that the tilted ones see would be one
   const auto off = [&](double loss) {
     context.options.tilt_loss = loss;
-    const Map adjusted = Apply(map, ToEdit(AdjustBundle(map, WholeMapRequest(map), context)));
+    const Map adjusted = Apply(map, ToEdit(Adjust(map, WholeMapRequest(map), context)));
     const Rigid3 truth = world.true_poses[4] * tilt;
     return LogSe3(truth.Inverse() * adjusted.keyframes.At(KeyframeId{4}).T_map_base).tail<3>().norm();
   };
@@ -295,7 +310,7 @@ TEST(AdjustBundle, LetsGoOfTheLevelWhereTheRobotTilts) {
   EXPECT_GT(trusting, 2.0 * robust);
 }
 
-TEST(AdjustBundle, FloorPointsLevelTheFloor) {
+TEST_P(BundleAdjustment, FloorPointsLevelTheFloor) {
   test::SyntheticWorldOptions options;
   options.floor_points = 300;
   options.pixel_noise = 2.0;
@@ -306,7 +321,7 @@ TEST(AdjustBundle, FloorPointsLevelTheFloor) {
   context.planar.sigma_floor_point = 0.002;  // a floor that is known better than the images tell it
   const auto roughness = [&](bool floor_points) {
     context.planar.floor_points = floor_points;
-    const Map adjusted = Apply(map, ToEdit(AdjustBundle(map, WholeMapRequest(map), context)));
+    const Map adjusted = Apply(map, ToEdit(Adjust(map, WholeMapRequest(map), context)));
     double sum = 0.0;
     int count = 0;
     for (const auto& [id, landmark] : adjusted.landmarks) {

@@ -1,5 +1,5 @@
 #pragma once
-// Bundle adjustment over part of a map or all of it, with Ceres:
+// Bundle adjustment over part of a map or all of it:
 //   sum rho_huber(|e_reprojection|^2 / sigma^2) + sum |e_planar|^2
 //     + sum [rho_cauchy(|e_odometry x,y,yaw|^2_Sigma) + rho_cauchy(|e_odometry z,roll,pitch|^2_Sigma)]
 // over base poses T_map_base (camera through T_base_camera at that stamp) and points. Values in, values out.
@@ -64,8 +64,8 @@ struct BundleSummary {
   std::size_t observations = 0;  // that took part; none where there was nothing to adjust
   double initial_cost = 0.0, final_cost = 0.0;
   int iterations = 0;  // of both rounds
-  // Of both rounds: "bundle.build", then as Ceres has it "bundle.preprocess", "bundle.residuals", "bundle.jacobians",
-  // "bundle.linear_solver", "bundle.other", and "bundle.classify".
+  // Of both rounds: "bundle.build", "bundle.residuals", "bundle.jacobians", "bundle.linear_solver", "bundle.classify";
+  // Ceres has "bundle.preprocess" and "bundle.other" as well.
   StageTimes times;
 
   bool failed() const { return observations > 0 && !converged; }
@@ -78,8 +78,14 @@ struct BundleResult : BundleSummary {
   std::vector<std::pair<LandmarkId, KeyframeId>> outliers;  // observations beyond the limit, or behind the camera
 };
 
-// Deterministic: one thread, blocks in id order in one buffer. Sparse Schur beyond `free_keyframes` of about 60.
-BundleResult AdjustBundle(const Map& map, const BundleRequest& request, const MeasurementModel& context);
+enum class BundleSolver {
+  kSchur,  // a solver of its own for a neighbourhood: dense, fast up to some forty free keyframes
+  kCeres,  // for whole maps: sparse beyond about sixty free keyframes
+};
+
+// Deterministic: one thread, sums in the order of ids.
+BundleResult AdjustBundle(const Map& map, const BundleRequest& request, const MeasurementModel& context,
+                          BundleSolver solver);
 
 // The result as changes to the map: poses, points, outlier observations erased.
 MapEdit ToEdit(const BundleResult& result);

@@ -8,10 +8,20 @@
 #include <ceres/ceres.h>
 
 #include "planar_vslam/geometry/rigid3.h"
+#include "planar_vslam/sensor/camera_model.h"
 
 namespace planar_vslam {
 
 constexpr double kMinDepth = 0.05;  // m or map units
+
+// J_pi of a point in front of the camera: pixels by metres.
+inline Eigen::Matrix<double, 2, 3> ProjectionJacobian(const CameraModel& camera, const Eigen::Vector3d& p_camera) {
+  const double inverse_z = 1.0 / p_camera.z();
+  const double u = p_camera.x() * inverse_z, v = p_camera.y() * inverse_z;
+  Eigen::Matrix<double, 2, 3> J;
+  J << camera.fx * inverse_z, 0.0, -camera.fx * u * inverse_z, 0.0, camera.fy * inverse_z, -camera.fy * v * inverse_z;
+  return J;
+}
 
 class ReprojectionFactor final : public ceres::SizedCostFunction<2, 7, 3> {
  public:
