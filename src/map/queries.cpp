@@ -15,14 +15,20 @@ std::vector<LandmarkId> ValidOnly(const std::vector<LandmarkId>& ids) {
 }
 
 std::vector<LandmarkId> LandmarksOf(const Map& map, const std::vector<KeyframeId>& keyframes) {
-  std::vector<LandmarkId> ids;
+  // A bit an id: cheaper than sorting, for many keyframes see the same.
+  std::vector<std::uint64_t> seen(map.next_landmark_id / 64 + 1, 0);
   for (const KeyframeId keyframe : keyframes) {
     for (const LandmarkId id : map.keyframes.At(keyframe).landmarks) {
-      if (id.valid()) ids.push_back(id);
+      if (id.valid()) seen[id.value / 64] |= std::uint64_t{1} << (id.value % 64);
     }
   }
-  std::sort(ids.begin(), ids.end());
-  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+  std::vector<LandmarkId> ids;
+  for (std::size_t word = 0; word < seen.size(); ++word) {
+    for (std::uint64_t bits = seen[word]; bits != 0; bits &= bits - 1) {
+      ids.push_back(
+          LandmarkId{static_cast<std::uint32_t>(64 * word) + static_cast<std::uint32_t>(__builtin_ctzll(bits))});
+    }
+  }
   return ids;
 }
 

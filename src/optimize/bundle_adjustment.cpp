@@ -10,11 +10,11 @@ namespace planar_vslam {
 namespace {
 
 BundleOutcome Solve(BundleProblem* problem, BundleSolver solver) {
-  const int max_iterations = problem->options.max_iterations;
-  if (solver == BundleSolver::kCeres) return SolveWithCeres(problem, max_iterations);
-  SchurOptions options;
-  options.max_iterations = max_iterations;
-  return SolveWithSchur(problem, options);
+  BundleLimits limits;
+  limits.max_iterations = problem->options.max_iterations;
+  if (solver == BundleSolver::kCeres) return SolveWithCeres(problem, limits);
+  limits.relative_gain = problem->options.relative_gain;
+  return SolveWithSchur(problem, limits);
 }
 
 void Take(const BundleOutcome& outcome, BundleResult* result) {
@@ -54,11 +54,14 @@ BundleResult AdjustBundle(const Map& map, const BundleRequest& request, const Me
   const auto solve_and_classify = [&] {
     Take(Solve(&problem, solver), &result);
     const Stopwatch classify;
-    Classify(&problem);
+    const std::size_t changed = Classify(&problem);
     result.times.push_back({"bundle.classify", classify.Milliseconds()});
+    return changed;
   };
-  solve_and_classify();
-  if (result.converged && context.options.drop_outliers) solve_and_classify();
+  const auto changed = static_cast<double>(solve_and_classify());
+  const double share = solver == BundleSolver::kSchur ? context.options.changed_share : 0.0;
+  const bool settled = changed <= share * static_cast<double>(result.observations);
+  if (result.converged && context.options.drop_outliers && !settled) solve_and_classify();
   if (result.converged) Report(problem, &result);
   return result;
 }

@@ -16,7 +16,6 @@ namespace planar_vslam {
 namespace {
 
 constexpr std::size_t kDenseSchurPoses = 60;  // beyond, the reduced camera matrix is worth treating as sparse
-constexpr double kRelativeGain = 1e-5;        // of the cost by one step, below which the work ends
 
 StageTimes TimesOf(const ceres::Solver::Summary& summary) {
   StageTimes times;
@@ -50,13 +49,13 @@ class CeresProblem {
     }
   }
 
-  ceres::Solver::Summary Solve(int max_iterations) {
+  ceres::Solver::Summary Solve(const BundleLimits& limits) {
     ceres::Solver::Options options;
     options.linear_solver_ordering.reset(ordering_.release());
     options.linear_solver_type = free_poses_ <= kDenseSchurPoses ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
-    options.max_num_iterations = max_iterations;
+    options.max_num_iterations = limits.max_iterations;
     options.num_threads = 1;
-    options.function_tolerance = kRelativeGain;
+    options.function_tolerance = limits.relative_gain;
     options.logging_type = ceres::SILENT;
     ceres::Solver::Summary summary;
     ceres::Solve(options, &problem_, &summary);
@@ -142,12 +141,12 @@ class CeresProblem {
 
 }  // namespace
 
-BundleOutcome SolveWithCeres(BundleProblem* problem, int max_iterations) {
+BundleOutcome SolveWithCeres(BundleProblem* problem, const BundleLimits& limits) {
   BundleOutcome outcome;
   StageClock clock(&outcome.times);
   CeresProblem ceres_problem(*problem);
   clock.End("bundle.build");
-  const ceres::Solver::Summary summary = ceres_problem.Solve(max_iterations);
+  const ceres::Solver::Summary summary = ceres_problem.Solve(limits);
   const StageTimes times = TimesOf(summary);
   outcome.times.insert(outcome.times.end(), times.begin(), times.end());
   outcome.usable = summary.IsSolutionUsable();

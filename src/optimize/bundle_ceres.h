@@ -4,8 +4,8 @@
 
 namespace planar_vslam {
 
-// Moves poses and points to the least cost that `max_iterations` steps find. Deterministic: one thread, blocks in id
+// Moves poses and points to the least cost found. Deterministic: one thread, blocks in id
 // order in one buffer. Sparse Schur beyond about 60 free poses.
-BundleOutcome SolveWithCeres(BundleProblem* problem, int max_iterations);
+BundleOutcome SolveWithCeres(BundleProblem* problem, const BundleLimits& limits);
 
 }  // namespace planar_vslam

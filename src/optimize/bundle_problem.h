@@ -68,6 +68,12 @@ void RefreshWhitening(BundleProblem* problem);
 // Marks observations beyond the 95 % limit or behind the camera. Returns how many changed.
 std::size_t Classify(BundleProblem* problem);
 
+// When a solver ends.
+struct BundleLimits {
+  int max_iterations = 5;
+  double relative_gain = 1e-5;  // of the cost by one step, below which the work ends
+};
+
 // How a solver left the problem: at the least cost it found.
 struct BundleOutcome {
   bool usable = false;                          // finite, and no worse than at the start

@@ -13,6 +13,7 @@ namespace {
 
 using Matrix36 = Eigen::Matrix<double, 3, 6, Eigen::RowMajor>;
 constexpr int kNoSlot = -1;
+constexpr double kLeastCurvature = 1e-6;  // of H's diagonal, for damping: nothing may be known of a direction
 
 struct Loss {
   double cost;    // rho(s) / 2
@@ -35,6 +36,14 @@ Eigen::Matrix3d TimesSkew(const Eigen::Matrix3d& A, const Eigen::Vector3d& v) {
   product.col(1) = A.col(2) * v.x() - A.col(0) * v.z();
   product.col(2) = A.col(0) * v.y() - A.col(1) * v.x();
   return product;
+}
+
+// block -= U_a^T U_c, of a matrix with columns of `stride`.
+void SubtractProduct(const Matrix36& U_a, const Matrix36& U_c, double* block, Eigen::Index stride) {
+  for (int column = 0; column < 6; ++column, block += stride) {
+    const double c0 = U_c(0, column), c1 = U_c(1, column), c2 = U_c(2, column);
+    for (int row = 0; row < 6; ++row) block[row] -= U_a(0, row) * c0 + U_a(1, row) * c1 + U_a(2, row) * c2;
+  }
 }
 
 // An observation that takes part, where it is evaluated.
@@ -92,7 +101,7 @@ class SchurSolver {
     }
   }
 
-  BundleOutcome Solve(const SchurOptions& options);
+  BundleOutcome Solve(const BundleLimits& limits);
 
  private:
   bool IsFinite() const;
@@ -300,7 +309,7 @@ void SchurSolver::KeepPlanar(Eigen::MatrixXd* H, Eigen::VectorXd* b) const {
 // Solves the damped equations. False where they have no solution.
 bool SchurSolver::Step(double lambda) {
   S_ = H_;
-  S_.diagonal() *= 1.0 + lambda;
+  S_.diagonal() += lambda * H_.diagonal().cwiseMax(kLeastCurvature);
   r_ = -b_;
   for (PointSystem& point : points_) Eliminate(&point, lambda);
   KeepPlanar(&S_, &r_);
@@ -314,9 +323,9 @@ bool SchurSolver::Step(double lambda) {
 
 void SchurSolver::Eliminate(PointSystem* point, double lambda) {
   Eigen::Matrix3d damped = point->H;
-  damped.diagonal() *= 1.0 + lambda;
+  damped.diagonal() += lambda * point->H.diagonal().cwiseMax(kLeastCurvature);
   const Eigen::LLT<Eigen::Matrix3d> cholesky(damped);
-  if (cholesky.info() != Eigen::Success || !(damped.trace() > 0.0)) {
+  if (cholesky.info() != Eigen::Success) {
     point->K_inverse.setZero();
     return;
   }
@@ -330,7 +339,7 @@ void SchurSolver::Eliminate(PointSystem* point, double lambda) {
     U_[a].rightCols<3>() = TimesSkew(X, view.v);
     r_.segment<6>(6 * view.slot).noalias() += U_[a].transpose() * u;
     for (std::size_t c = 0; c <= a; ++c) {
-      S_.block<6, 6>(6 * view.slot, 6 * views_[point->views_begin + c].slot).noalias() -= U_[a].transpose() * U_[c];
+      SubtractProduct(U_[a], U_[c], &S_(6 * view.slot, 6 * views_[point->views_begin + c].slot), size_);
     }
   }
 }
@@ -351,10 +360,10 @@ void SchurSolver::BackSubstitute() {
 
 // Of the quadratic model: d^T (lambda D d - b) / 2.
 double SchurSolver::PredictedDecrease(double lambda) const {
-  double sum = pose_step_.dot(lambda * H_.diagonal().cwiseProduct(pose_step_) - b_);
+  double sum = pose_step_.dot(lambda * H_.diagonal().cwiseMax(kLeastCurvature).cwiseProduct(pose_step_) - b_);
   for (std::size_t l = 0; l < points_.size(); ++l) {
     const Eigen::Vector3d& d = point_steps_[l];
-    sum += d.dot(lambda * points_[l].H.diagonal().cwiseProduct(d) - points_[l].b);
+    sum += d.dot(lambda * points_[l].H.diagonal().cwiseMax(kLeastCurvature).cwiseProduct(d) - points_[l].b);
   }
   return 0.5 * sum;
 }
@@ -368,7 +377,7 @@ void SchurSolver::Move() {
   for (std::size_t l = 0; l < points_.size(); ++l) p_.points[l].p_map += point_steps_[l];
 }
 
-BundleOutcome SchurSolver::Solve(const SchurOptions& options) {
+BundleOutcome SchurSolver::Solve(const BundleLimits& limits) {
   constexpr double kFirstLambda = 1e-4, kLargestLambda = 1e12;
   constexpr double kLeastRatio = 1e-3;  // of true to predicted decrease
   BundleOutcome outcome;
@@ -396,7 +405,7 @@ BundleOutcome SchurSolver::Solve(const SchurOptions& options) {
   outcome.message = "iterations used up";
   linearize();
   double lambda = kFirstLambda, growth = 2.0;
-  for (; outcome.iterations <= options.max_iterations; ++outcome.iterations) {
+  for (; outcome.iterations <= limits.max_iterations; ++outcome.iterations) {
     const bool solved = timed(&step_ms, [&] { return Step(lambda); });
     bool accepted = false;
     if (solved) {
@@ -412,12 +421,12 @@ BundleOutcome SchurSolver::Solve(const SchurOptions& options) {
         const double x = 2.0 * ratio - 1.0;
         lambda *= std::max(1.0 / 3.0, 1.0 - x * x * x);
         growth = 2.0;
-        if (gain <= options.relative_gain * cost) {
+        if (gain <= limits.relative_gain * cost) {
           outcome.message = "gain below its limit";
           ++outcome.iterations;
           break;
         }
-        if (outcome.iterations < options.max_iterations) linearize();
+        if (outcome.iterations < limits.max_iterations) linearize();
       } else {
         p_.poses = poses;
         p_.points = points;
@@ -440,8 +449,8 @@ BundleOutcome SchurSolver::Solve(const SchurOptions& options) {
 
 }  // namespace
 
-BundleOutcome SolveWithSchur(BundleProblem* problem, const SchurOptions& options) {
-  return SchurSolver(problem).Solve(options);
+BundleOutcome SolveWithSchur(BundleProblem* problem, const BundleLimits& limits) {
+  return SchurSolver(problem).Solve(limits);
 }
 
 }  // namespace planar_vslam

@@ -22,12 +22,7 @@
 
 namespace planar_vslam {
 
-struct SchurOptions {
-  int max_iterations = 5;
-  double relative_gain = 1e-5;  // of the cost by one step, below which the work ends
-};
-
 // Moves poses and points to the least cost found. Deterministic: sums in the order of the problem.
-BundleOutcome SolveWithSchur(BundleProblem* problem, const SchurOptions& options);
+BundleOutcome SolveWithSchur(BundleProblem* problem, const BundleLimits& limits);
 
 }  // namespace planar_vslam

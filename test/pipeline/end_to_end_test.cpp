@@ -160,10 +160,17 @@ TEST_F(EndToEnd, ImagesThatComeTooLateAreDroppedAndTheirOdometryIsNot) {
   Expected<std::unique_ptr<Recording>> recording = OpenRecording(Drive(), RecordingOptions{});
   ASSERT_TRUE(recording.ok());
   Estimator estimator({PipelineOptions{}, (*recording)->info().camera, true, true, Schedule::kThreaded});
-  RunSettings settings;
-  settings.rate = 40.0;  // faster than any machine
-  const Expected<RunResult> result = RunSession(**recording, estimator, settings);
-  ASSERT_TRUE(result.ok());
+  Expected<RunResult> result = Error{"not run"};
+  // Somewhat faster than this machine, however busy it is: where hardly an image is left there is no map.
+  for (const double rate : {5.0, 10.0, 20.0, 40.0, 80.0}) {
+    estimator.Restart();
+    recording = OpenRecording(Drive(), RecordingOptions{});
+    RunSettings settings;
+    settings.rate = rate;
+    result = RunSession(**recording, estimator, settings);
+    ASSERT_TRUE(result.ok());
+    if (result->frames_dropped > 0) break;
+  }
   EXPECT_GT(result->frames_dropped, 0);
   EXPECT_EQ(static_cast<long>(result->frames.size()) + result->frames_dropped, (*recording)->info().image_count);
   ASSERT_NE(estimator.map(), nullptr);

@@ -22,6 +22,8 @@ namespace planar_vslam {
 
 struct BundleOptions {
   int max_iterations = 5;
+  double relative_gain = 1e-3;
+  double changed_share = 0.01;
   bool drop_outliers = true;
   // Cauchy, Mahalanobis norms of the two parts of a link (relative_pose_factor.h): what slipped pulls at nothing, and
   // what is not level (a ramp, a car that pitches) is no slip.
@@ -32,7 +34,11 @@ struct BundleOptions {
   template <class Self, class Visitor>
   static void Visit(Self& o, Visitor& v) {
     v("max_iterations", o.max_iterations, unit::kNone, bound::AtLeast(1), "of each of its two rounds");
+    v("relative_gain", o.relative_gain, unit::kNone, bound::AtLeast(0.0),
+      "of the cost by one step, below which the adjustment of a neighbourhood ends", Origin::kFitted);
     v("drop_outliers", o.drop_outliers, "second round without observations beyond the 95 % limit");
+    v("changed_share", o.changed_share, unit::kNone, bound::AtLeast(0.0),
+      "of a neighbourhood's observations, that have to be beyond it for a second round", Origin::kFitted);
     v("odometry_loss", o.odometry_loss, unit::kNone, bound::Positive(),
       "Mahalanobis norm beyond which a link of wheels or laser counts less", Origin::kFitted);
     v("tilt_loss", o.tilt_loss, unit::kNone, bound::Positive(),
