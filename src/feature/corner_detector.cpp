@@ -1,13 +1,12 @@
 #include "corner_detector.h"
 
 #include <algorithm>
-#include <opencv2/features2d.hpp>
+#include <cstring>
+
+#include "planar_vslam/geometry/check.h"
 
 namespace planar_vslam {
 namespace {
-
-// cv::FAST leaves 3 px at the border of its image untested, and suppression looks one pixel further.
-constexpr int kFastReach = 4;  // px
 
 // One axis of `pixels` px divided into `count` cells of nearly equal size.
 struct CellAxis {
@@ -21,21 +20,52 @@ struct CellAxis {
 
 }  // namespace
 
+void CornerDetector::AppendPeaks(const cv::Rect& area, int y, std::vector<Corner>* corners) const {
+  const Row& row = RowAt(y);
+  int begin = area.x;
+  for (int b = 0; b < row.block_count; ++b) {
+    const int block = row.blocks[static_cast<std::size_t>(b)];
+    std::array<std::uint8_t, kContrastBlock> peaks;
+    kernel_.find_peaks(RowAt(y - 1).contrast.data(), row.contrast.data(), RowAt(y + 1).contrast.data(), block,
+                       peaks.data());
+    const int end = std::min(block + kContrastBlock, area.x + area.width);
+    // Most pixels are none: eight at a time.
+    for (int k = 0; k < kContrastBlock; k += 8) {
+      std::uint64_t eight;
+      std::memcpy(&eight, &peaks[static_cast<std::size_t>(k)], sizeof eight);
+      if (eight == 0) continue;
+      for (int x = std::max(begin, block + k); x < std::min(end, block + k + 8); ++x) {
+        const int contrast = peaks[static_cast<std::size_t>(x - block)];
+        if (contrast != 0) corners->push_back({x, y, static_cast<float>(contrast - 1)});
+      }
+    }
+    begin = end;
+  }
+}
+
+// Corners at the rim of `area` compete with their neighbours outside, as in a search of the whole level.
 void CornerDetector::DetectInside(const cv::Mat& level, const cv::Rect& area, int threshold,
                                   std::vector<Corner>* corners) {
-  // Padded so that corners at the rim of `area` compete with their neighbours outside, as in a search of the whole
-  // level; the neighbours are then dropped.
-  const cv::Rect padded(area.x - kFastReach, area.y - kFastReach, area.width + 2 * kFastReach,
-                        area.height + 2 * kFastReach);
-  cv::FAST(level(padded), found_, threshold, true);
-  for (const cv::KeyPoint& keypoint : found_) {
-    const cv::Point pixel(cvRound(keypoint.pt.x) + padded.x, cvRound(keypoint.pt.y) + padded.y);
-    if (area.contains(pixel)) corners->push_back({pixel.x, pixel.y, keypoint.response});
+  ContrastStretch stretch{nullptr, static_cast<std::ptrdiff_t>(level.step[0]), level.cols, area.x - 1,
+                          area.x + area.width + 1};
+  for (int y = area.y - 1; y <= area.y + area.height; ++y) {
+    Row& row = rows_[static_cast<std::size_t>(y) % rows_.size()];
+    stretch.row = level.ptr<std::uint8_t>(y);
+    row.block_count =
+        kernel_.find_contrast(stretch, static_cast<std::uint8_t>(threshold), row.contrast.data(), row.blocks.data());
+    if (y > area.y) AppendPeaks(area, y - 1, corners);
   }
 }
 
 void CornerDetector::Detect(const cv::Mat& level, const cv::Rect& inner, const CornerThresholds& thresholds,
                             std::vector<Corner>* corners) {
+  PV_CHECK(level.cols >= kMinColumns && inner.x >= kMargin && inner.y >= kMargin &&
+               inner.x + inner.width <= level.cols - kMargin && inner.y + inner.height <= level.rows - kMargin,
+           "inner=" << inner << " level=" << level.size());
+  for (Row& row : rows_) {
+    row.contrast.resize(static_cast<std::size_t>(level.cols));
+    row.blocks.resize(static_cast<std::size_t>(level.cols) / kContrastBlock + 1);
+  }
   corners->clear();
   DetectInside(level, inner, thresholds.high, corners);
 

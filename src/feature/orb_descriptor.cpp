@@ -4,9 +4,11 @@
 #include <cstring>
 #include <opencv2/core/hal/intrin.hpp>
 #include <opencv2/features2d.hpp>
-#include <opencv2/imgproc.hpp>
 
 #include "planar_vslam/geometry/check.h"
+#if defined(__x86_64__)
+#include <immintrin.h>
+#endif
 
 namespace planar_vslam {
 namespace {
@@ -63,9 +65,87 @@ void LocatePoints(const cv::Mat& descriptors, float* x, float* y) {
   }
 }
 
+constexpr int kRadius = PatchOrientation::kRadius;
+
+// `center` is the keypoint's pixel, `step` the bytes from row to row.
+PatchOrientation::Moments MomentsPlain(const PatchOrientation::Disc<std::int16_t>& disc, const std::uint8_t* center,
+                                       std::ptrdiff_t step) {
+  PatchOrientation::Moments moments;
+  for (int v = -kRadius; v <= kRadius; ++v) {
+    const std::uint8_t* pixels = center + v * step - kRadius;
+    const auto& inside = disc.inside[static_cast<std::size_t>(v + kRadius)];
+    const auto& column = disc.column[static_cast<std::size_t>(v + kRadius)];
+    int sum = 0, weighted_sum = 0;
+    for (std::size_t u = 0; u < inside.size(); ++u) {
+      sum += inside[u] * static_cast<std::int16_t>(pixels[u]);
+      weighted_sum += column[u] * static_cast<std::int16_t>(pixels[u]);
+    }
+    moments.x += weighted_sum;
+    moments.y += v * sum;
+  }
+  return moments;
+}
+
+// Rotates by an angle of this cosine and sine, rounds to even, and samples around `center`.
+using Samples = std::array<std::uint8_t, 2 * BriefPattern::kPairs>;
+void SamplePlain(const BriefPattern::Points& points, const std::uint8_t* center, std::ptrdiff_t step, float cosine,
+                 float sine, Samples* samples) {
+  const cv::v_float32x4 cosines = cv::v_setall_f32(cosine), sines = cv::v_setall_f32(sine);
+  const cv::v_float32x4 steps = cv::v_setall_f32(static_cast<float>(step));
+  for (std::size_t i = 0; i < samples->size(); i += 4) {
+    const cv::v_float32x4 px = cv::v_load(&points.x[i]), py = cv::v_load(&points.y[i]);
+    const cv::v_float32x4 column = cv::v_cvt_f32(cv::v_round(px * cosines - py * sines));
+    const cv::v_float32x4 row = cv::v_cvt_f32(cv::v_round(px * sines + py * cosines));
+    // Whole numbers below 2^24: exact in float.
+    alignas(16) std::array<int, 4> offset;
+    cv::v_store_aligned(offset.data(), cv::v_round(row * steps + column));
+    for (std::size_t k = 0; k < 4; ++k) (*samples)[i + k] = center[offset[k]];
+  }
+}
+
+#if defined(__x86_64__)
+PV_TARGET_AVX2 inline int SumOf(__m256i numbers) {
+  const __m128i four = _mm_add_epi32(_mm256_castsi256_si128(numbers), _mm256_extracti128_si256(numbers, 1));
+  const __m128i two = _mm_add_epi32(four, _mm_shuffle_epi32(four, 0x4E));
+  return _mm_cvtsi128_si32(_mm_add_epi32(two, _mm_shuffle_epi32(two, 0xB1)));
+}
+
+PV_TARGET_AVX2 PatchOrientation::Moments MomentsAvx2(const PatchOrientation::Disc<std::int8_t>& disc,
+                                                     const std::uint8_t* center, std::ptrdiff_t step) {
+  // Sums of two pixels fit 16 bits: 2 * 255 * 15 at most.
+  const __m256i ones = _mm256_set1_epi16(1);
+  __m256i x = _mm256_setzero_si256(), y = _mm256_setzero_si256();
+  for (int v = -kRadius; v <= kRadius; ++v) {
+    const std::size_t row = static_cast<std::size_t>(v + kRadius);
+    const __m256i pixels = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(center + v * step - kRadius));
+    const __m256i inside = _mm256_load_si256(reinterpret_cast<const __m256i*>(disc.inside[row].data()));
+    const __m256i column = _mm256_load_si256(reinterpret_cast<const __m256i*>(disc.column[row].data()));
+    x = _mm256_add_epi32(x, _mm256_madd_epi16(_mm256_maddubs_epi16(pixels, column), ones));
+    y = _mm256_add_epi32(
+        y, _mm256_madd_epi16(_mm256_maddubs_epi16(pixels, inside), _mm256_set1_epi16(static_cast<std::int16_t>(v))));
+  }
+  return {SumOf(x), SumOf(y)};
+}
+
+PV_TARGET_AVX2 void SampleAvx2(const BriefPattern::Points& points, const std::uint8_t* center, std::ptrdiff_t step,
+                               float cosine, float sine, Samples* samples) {
+  const __m256 cosines = _mm256_set1_ps(cosine), sines = _mm256_set1_ps(sine);
+  const __m256i steps = _mm256_set1_epi32(static_cast<int>(step));
+  for (std::size_t i = 0; i < samples->size(); i += 8) {
+    const __m256 px = _mm256_load_ps(&points.x[i]), py = _mm256_load_ps(&points.y[i]);
+    const __m256i column = _mm256_cvtps_epi32(_mm256_sub_ps(_mm256_mul_ps(px, cosines), _mm256_mul_ps(py, sines)));
+    const __m256i row = _mm256_cvtps_epi32(_mm256_add_ps(_mm256_mul_ps(px, sines), _mm256_mul_ps(py, cosines)));
+    alignas(32) std::array<int, 8> offset;
+    _mm256_store_si256(reinterpret_cast<__m256i*>(offset.data()),
+                       _mm256_add_epi32(_mm256_mullo_epi32(row, steps), column));
+    for (std::size_t k = 0; k < 8; ++k) (*samples)[i + k] = center[offset[k]];
+  }
+}
+#endif
+
 }  // namespace
 
-PatchOrientation::PatchOrientation() {
+PatchOrientation::PatchOrientation(InstructionSet set) : set_(set) {
   // Half width of each row of the disc. Beyond 45 degrees it mirrors the first octant, which makes the disc symmetric
   // in x and y in spite of rounding.
   const int octant = cvFloor(kRadius * std::sqrt(0.5) + 1.0);
@@ -81,52 +161,43 @@ PatchOrientation::PatchOrientation() {
   for (int v = -kRadius; v <= kRadius; ++v) {
     const int width = half_width[static_cast<std::size_t>(std::abs(v))];
     for (int u = -width; u <= width; ++u) {
-      mask_[static_cast<std::size_t>(v + kRadius)][static_cast<std::size_t>(u + kRadius)] = 1;
-      weighted_[static_cast<std::size_t>(v + kRadius)][static_cast<std::size_t>(u + kRadius)] =
-          static_cast<std::int16_t>(u);
+      const std::size_t row = static_cast<std::size_t>(v + kRadius), column = static_cast<std::size_t>(u + kRadius);
+      wide_.inside[row][column] = narrow_.inside[row][column] = 1;
+      wide_.column[row][column] = narrow_.column[row][column] = static_cast<std::int8_t>(u);
     }
   }
 }
 
 float PatchOrientation::Degrees(const cv::Mat& level, int x, int y) const {
-  int moment_x = 0, moment_y = 0;
-  for (int v = -kRadius; v <= kRadius; ++v) {
-    const std::uint8_t* pixels = level.ptr<std::uint8_t>(y + v) + x - kRadius;
-    const Row& mask = mask_[static_cast<std::size_t>(v + kRadius)];
-    const Row& weighted = weighted_[static_cast<std::size_t>(v + kRadius)];
-    int sum = 0, weighted_sum = 0;
-    for (std::size_t u = 0; u < mask.size(); ++u) {
-      sum += mask[u] * static_cast<std::int16_t>(pixels[u]);
-      weighted_sum += weighted[u] * static_cast<std::int16_t>(pixels[u]);
-    }
-    moment_x += weighted_sum;
-    moment_y += v * sum;
-  }
-  return cv::fastAtan2(static_cast<float>(moment_y), static_cast<float>(moment_x));
+  const std::uint8_t* center = level.ptr<std::uint8_t>(y) + x;
+  const std::ptrdiff_t step = static_cast<std::ptrdiff_t>(level.step[0]);
+#if defined(__x86_64__)
+  const bool is_avx2 = set_ == InstructionSet::kAvx2;
+  const Moments moments = is_avx2 ? MomentsAvx2(narrow_, center, step) : MomentsPlain(wide_, center, step);
+#else
+  const Moments moments = MomentsPlain(wide_, center, step);
+#endif
+  return cv::fastAtan2(static_cast<float>(moments.y), static_cast<float>(moments.x));
 }
 
-BriefPattern::BriefPattern() {
-  LocatePoints(ProbeDescriptors(-kProbeContrast), &x_[0], &y_[0]);
-  LocatePoints(ProbeDescriptors(+kProbeContrast), &x_[kPairs], &y_[kPairs]);
+BriefPattern::BriefPattern(InstructionSet set) : set_(set) {
+  LocatePoints(ProbeDescriptors(-kProbeContrast), &points_.x[0], &points_.y[0]);
+  LocatePoints(ProbeDescriptors(+kProbeContrast), &points_.x[kPairs], &points_.y[kPairs]);
 }
 
 Descriptor BriefPattern::Describe(const cv::Mat& blurred, int x, int y, float angle) const {
   // Cosine in double, rotation in float, rounding to even: as OpenCV does it.
-  const cv::v_float32x4 cosine = cv::v_setall_f32(static_cast<float>(std::cos(static_cast<double>(angle))));
-  const cv::v_float32x4 sine = cv::v_setall_f32(static_cast<float>(std::sin(static_cast<double>(angle))));
-  const cv::v_float32x4 step = cv::v_setall_f32(static_cast<float>(blurred.step[0]));
+  const float cosine = static_cast<float>(std::cos(static_cast<double>(angle)));
+  const float sine = static_cast<float>(std::sin(static_cast<double>(angle)));
   const std::uint8_t* center = blurred.ptr<std::uint8_t>(y) + x;
-
-  alignas(16) std::array<std::uint8_t, 2 * kPairs> samples;
-  for (std::size_t i = 0; i < samples.size(); i += 4) {
-    const cv::v_float32x4 px = cv::v_load(&x_[i]), py = cv::v_load(&y_[i]);
-    const cv::v_float32x4 column = cv::v_cvt_f32(cv::v_round(px * cosine - py * sine));
-    const cv::v_float32x4 row = cv::v_cvt_f32(cv::v_round(px * sine + py * cosine));
-    // Whole numbers below 2^24: exact in float.
-    alignas(16) std::array<int, 4> offset;
-    cv::v_store_aligned(offset.data(), cv::v_round(row * step + column));
-    for (std::size_t k = 0; k < 4; ++k) samples[i + k] = center[offset[k]];
-  }
+  const std::ptrdiff_t step = static_cast<std::ptrdiff_t>(blurred.step[0]);
+  alignas(32) Samples samples;
+#if defined(__x86_64__)
+  const auto sample = set_ == InstructionSet::kAvx2 ? SampleAvx2 : SamplePlain;
+#else
+  const auto sample = SamplePlain;
+#endif
+  sample(points_, center, step, cosine, sine, &samples);
   Descriptor descriptor;
   auto* bytes = reinterpret_cast<std::uint8_t*>(descriptor.data());
   for (std::size_t i = 0; i < kPairs; i += 16) {
@@ -135,13 +206,6 @@ Descriptor BriefPattern::Describe(const cv::Mat& blurred, int x, int y, float an
     std::memcpy(bytes + i / 8, &bits, sizeof bits);
   }
   return descriptor;
-}
-
-void BlurForBrief(const cv::Mat& level, cv::Mat* blurred) {
-  // cv::ORB's GaussianBlur(7x7, sigma 2) works inside a larger image, where OpenCV takes the plain separable filter.
-  // On an image of its own it would take the fixed-point filter: twice the time, other roundings.
-  const cv::Mat kernel = cv::getGaussianKernel(7, 2.0, CV_32F);
-  cv::sepFilter2D(level, *blurred, CV_8U, kernel, kernel, cv::Point(-1, -1), 0.0, cv::BORDER_REFLECT_101);
 }
 
 }  // namespace planar_vslam

@@ -5,27 +5,42 @@
 #include <memory>
 #include <opencv2/core.hpp>
 
+#include "instruction_set.h"
 #include "planar_vslam/feature/features.h"
 
 namespace planar_vslam {
 
 // Pixels a keypoint needs on each side: the corners of the sampling square reach 18.4 px when rotated.
 constexpr int kOrbMargin = 19;  // px
+// How far from a keypoint, in x and y, its descriptor looks.
+constexpr int kOrbReach = kOrbMargin - 1;  // px
 
 // Direction of the intensity centroid of the disc of radius 15 px (Rublee et al., Sec. 3.2).
 class PatchOrientation {
  public:
-  PatchOrientation();
-  // Degrees in [0, 360). `level` is the image as it is, not blurred.
+  explicit PatchOrientation(InstructionSet set);
+  // Degrees in [0, 360). `level` is the image as it is, not blurred; (x, y) keeps kOrbMargin from its border.
   float Degrees(const cv::Mat& level, int x, int y) const;
 
- private:
   static constexpr int kRadius = 15;             // px
   static constexpr int kSide = 2 * kRadius + 1;  // px
-  static constexpr int kStride = kSide + 1;      // one column of zeros makes rows a multiple of 8
-  using Row = std::array<std::int16_t, kStride>;
-  std::array<Row, kSide> mask_{};      // 1 inside the disc
-  std::array<Row, kSide> weighted_{};  // column offset inside the disc
+  static constexpr int kStride = kSide + 1;      // one column of zeros makes a row 32 weights
+  struct Moments {
+    int x = 0, y = 0;  // sums of brightness times offset from the centre
+  };
+  template <class Weight>
+  using Rows = std::array<std::array<Weight, kStride>, kSide>;
+  // For each pixel of the square around the centre: whether it is inside the disc, and its column offset if so.
+  template <class Weight>
+  struct Disc {
+    alignas(32) Rows<Weight> inside{};
+    alignas(32) Rows<Weight> column{};
+  };
+
+ private:
+  InstructionSet set_;
+  Disc<std::int16_t> wide_;
+  Disc<std::int8_t> narrow_;  // the same
 };
 
 // The 256 pairs of points whose brightness ORB compares. OpenCV keeps its table to itself, so it is asked: an image
@@ -33,17 +48,19 @@ class PatchOrientation {
 class BriefPattern {
  public:
   static constexpr std::size_t kPairs = 256;
-  BriefPattern();
+  // Offsets from the keypoint, px: the first points of all pairs, then the second points.
+  struct Points {
+    alignas(32) std::array<float, 2 * kPairs> x{};
+    alignas(32) std::array<float, 2 * kPairs> y{};
+  };
+
+  explicit BriefPattern(InstructionSet set);
   // Rotates the pattern by `angle` rad and compares the pixels of `blurred` around (x, y).
   Descriptor Describe(const cv::Mat& blurred, int x, int y, float angle) const;
 
  private:
-  // Offsets from the keypoint, px: the first points of all pairs, then the second points.
-  std::array<float, 2 * kPairs> x_{};
-  std::array<float, 2 * kPairs> y_{};
+  InstructionSet set_;
+  Points points_;
 };
-
-// The smoothing ORB applies to a level before it describes it.
-void BlurForBrief(const cv::Mat& level, cv::Mat* blurred);
 
 }  // namespace planar_vslam

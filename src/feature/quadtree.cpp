@@ -9,18 +9,19 @@ namespace planar_vslam {
 
 template <class Predicate>
 int Quadtree::Partition(int begin, int end, const Predicate& goes_first) {
-  deferred_.clear();
-  int write = begin;
-  for (int i = begin; i < end; ++i) {
-    const int index = order_[static_cast<std::size_t>(i)];
-    if (goes_first(index)) {
-      order_[static_cast<std::size_t>(write++)] = index;
-    } else {
-      deferred_.push_back(index);
-    }
+  // Without branches: which way a corner goes is as good as random.
+  deferred_.resize(static_cast<std::size_t>(end - begin) + 1);
+  int* const write_begin = order_.data() + begin;
+  int *write = write_begin, *defer = deferred_.data();
+  for (const int *index = write_begin, *last = order_.data() + end; index != last; ++index) {
+    const int current = *index;
+    const bool is_first = goes_first(current);
+    *write = *defer = current;
+    write += is_first ? 1 : 0;
+    defer += is_first ? 0 : 1;
   }
-  std::copy(deferred_.begin(), deferred_.end(), order_.begin() + write);
-  return write;
+  std::copy(deferred_.data(), defer, write);
+  return begin + static_cast<int>(write - write_begin);
 }
 
 void Quadtree::MakeRoots(const std::vector<Corner>& corners, const cv::Rect& area) {

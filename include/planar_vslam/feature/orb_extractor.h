@@ -54,11 +54,12 @@ class OrbExtractor {
   FrameFeatures Extract(const GrayImage& image, int feature_count);
   FrameFeatures Extract(const GrayImage& image);
 
+  class Stages;  // internal
+
  private:
-  struct Scratch;
   OrbOptions options_;
   CameraModel camera_;
-  std::unique_ptr<Scratch> scratch_;
+  std::unique_ptr<Stages> stages_;
 };
 
 }  // namespace planar_vslam

@@ -1,0 +1,64 @@
+#pragma once
+// The smoothing cv::ORB applies to a level before it describes it, bit for bit, where descriptors look.
+#include <array>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "corner_detector.h"
+#include "instruction_set.h"
+
+namespace planar_vslam {
+
+// Gaussian of 7x7 px and sigma 2, in single precision with fused multiply-add: along rows from left to right, then
+// along columns from the centre outwards, then to the nearest integer, ties to even. So does OpenCV's separable filter,
+// which cv::ORB uses, on processors that have that instruction; the others get the same bits here.
+class BriefBlur {
+ public:
+  static constexpr int kRadius = 3;                // px
+  static constexpr int kBlock = 32;                // px worked on at a time
+  static constexpr int kMinSide = 4;               // px; below, the image reflected at its border would not suffice
+  using Weights = std::array<float, kRadius + 1>;  // of the centre and of the pixels beside it, nearest first
+  using SumRows = std::array<const float*, 2 * kRadius + 1>;
+
+  explicit BriefBlur(InstructionSet set);
+  // Makes *blurred the size of `level`, of kMinSide or more. Only pixels at most `reach` px, in x and y, from a corner
+  // have values; the others are arbitrary. `corners` are in reading order. *blurred is good until the next call.
+  void Apply(const cv::Mat& level, const std::vector<Corner>& corners, int reach, cv::Mat* blurred);
+
+ private:
+  struct Kernel {
+    void (*widen)(const std::uint8_t* pixels, int count, float* wide);
+    // `wide` begins kRadius px left of the block.
+    void (*along_row)(const float* wide, const Weights& weights, float* sums);
+    // `rows` are the block's sums from kRadius px above to as much below. False when rounding errors may have changed
+    // a pixel.
+    bool (*along_column)(const SumRows& rows, const Weights& weights, std::uint8_t* blurred);
+  };
+  static Kernel KernelOf(InstructionSet set);
+
+  // Which blocks of a row are near a corner. Rows are asked for in ascending order.
+  class Coverage {
+   public:
+    void Reset(std::size_t block_count);
+    void MoveTo(int row, const std::vector<Corner>& corners, int reach_x, int reach_y);
+    bool Holds(std::size_t block, int row) const { return last_row_[block] >= row; }
+
+   private:
+    std::vector<int> last_row_;  // of each block
+    std::size_t next_ = 0;       // the first corner further down
+  };
+  void FilterRow(const cv::Mat& level, int y);
+  void FilterColumns(const cv::Mat& level, int y);
+  float* SumsOf(int y) { return &sums_[static_cast<std::size_t>(y % (2 * kRadius + 1)) * stride_]; }
+
+  Kernel kernel_;
+  Weights weights_{};
+  std::size_t block_count_ = 0;
+  std::size_t stride_ = 0;   // px; block_count_ * kBlock
+  std::vector<float> wide_;  // one row with its border
+  std::vector<float> sums_;  // along the last rows, one for each weight of a column
+  cv::Mat buffer_;           // stride_ wide
+  Coverage rows_, columns_;
+};
+
+}  // namespace planar_vslam
