@@ -15,7 +15,7 @@ namespace planar_vslam {
 class BriefBlur {
  public:
   static constexpr int kRadius = 3;                // px
-  static constexpr int kBlock = 32;                // px worked on at a time
+  static constexpr int kBlock = 16;                // px worked on at a time
   static constexpr int kMinSide = 4;               // px; below, the image reflected at its border would not suffice
   using Weights = std::array<float, kRadius + 1>;  // of the centre and of the pixels beside it, nearest first
   using SumRows = std::array<const float*, 2 * kRadius + 1>;
@@ -28,36 +28,43 @@ class BriefBlur {
  private:
   struct Kernel {
     void (*widen)(const std::uint8_t* pixels, int count, float* wide);
-    // `wide` begins kRadius px left of the block.
-    void (*along_row)(const float* wide, const Weights& weights, float* sums);
-    // `rows` are the block's sums from kRadius px above to as much below. False when rounding errors may have changed
-    // a pixel.
-    bool (*along_column)(const SumRows& rows, const Weights& weights, std::uint8_t* blurred);
+    // `wide` begins kRadius px left of the `count` px, whole blocks, that are asked for.
+    void (*along_row)(const float* wide, int count, const Weights& weights, float* sums);
+    // `rows` are sums from kRadius px above to as much below. Writes the indices of pixels that rounding errors may
+    // have changed to `doubtful`, and returns how many.
+    int (*along_column)(const SumRows& rows, int count, const Weights& weights, std::uint8_t* blurred, int* doubtful);
   };
   static Kernel KernelOf(InstructionSet set);
 
-  // Which blocks of a row are near a corner. Rows are asked for in ascending order.
+  // Which pixels of a row are near a corner, in whole blocks and for a few rows together. Rows are asked for in
+  // ascending order.
   class Coverage {
    public:
-    void Reset(std::size_t block_count);
-    void MoveTo(int row, const std::vector<Corner>& corners, int reach_x, int reach_y);
-    bool Holds(std::size_t block, int row) const { return last_row_[block] >= row; }
+    struct Run {
+      int begin = 0, end = 0;
+    };
+    void Reset(int reach_x, int reach_y, std::size_t block_count);
+    const std::vector<Run>& RunsOf(int row, const std::vector<Corner>& corners);
 
    private:
-    std::vector<int> last_row_;  // of each block
-    std::size_t next_ = 0;       // the first corner further down
+    static constexpr int kRows = 4;  // taken together
+    int reach_x_ = 0, reach_y_ = 0;  // px
+    std::size_t next_ = 0;           // the first corner further down
+    int band_ = -1;                  // row / kRows of runs_
+    std::vector<int> last_row_;      // of each block: the last row near a corner, as far as known
+    std::vector<Run> runs_;
   };
-  void FilterRow(const cv::Mat& level, int y);
-  void FilterColumns(const cv::Mat& level, int y);
+  void FilterRow(const cv::Mat& level, int y, const std::vector<Coverage::Run>& runs);
+  void FilterColumns(const cv::Mat& level, int y, const std::vector<Coverage::Run>& runs);
   float* SumsOf(int y) { return &sums_[static_cast<std::size_t>(y % (2 * kRadius + 1)) * stride_]; }
 
   Kernel kernel_;
   Weights weights_{};
-  std::size_t block_count_ = 0;
-  std::size_t stride_ = 0;   // px; block_count_ * kBlock
-  std::vector<float> wide_;  // one row with its border
-  std::vector<float> sums_;  // along the last rows, one for each weight of a column
-  cv::Mat buffer_;           // stride_ wide
+  std::size_t stride_ = 0;     // px; whole blocks
+  std::vector<float> wide_;    // one row with its border
+  std::vector<float> sums_;    // along the last rows, one for each weight of a column
+  std::vector<int> doubtful_;  // of one run
+  cv::Mat buffer_;             // stride_ wide
   Coverage rows_, columns_;
 };
 

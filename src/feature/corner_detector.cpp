@@ -1,7 +1,6 @@
 #include "corner_detector.h"
 
 #include <algorithm>
-#include <cstring>
 
 #include "planar_vslam/geometry/check.h"
 
@@ -20,26 +19,20 @@ struct CellAxis {
 
 }  // namespace
 
-void CornerDetector::AppendPeaks(const cv::Rect& area, int y, std::vector<Corner>* corners) const {
+void CornerDetector::AppendPeaks(const cv::Rect& area, int y, std::vector<Corner>* corners) {
   const Row& row = RowAt(y);
-  int begin = area.x;
-  for (int b = 0; b < row.block_count; ++b) {
-    const int block = row.blocks[static_cast<std::size_t>(b)];
-    std::array<std::uint8_t, kContrastBlock> peaks;
-    kernel_.find_peaks(RowAt(y - 1).contrast.data(), row.contrast.data(), RowAt(y + 1).contrast.data(), block,
-                       peaks.data());
-    const int end = std::min(block + kContrastBlock, area.x + area.width);
-    // Most pixels are none: eight at a time.
-    for (int k = 0; k < kContrastBlock; k += 8) {
-      std::uint64_t eight;
-      std::memcpy(&eight, &peaks[static_cast<std::size_t>(k)], sizeof eight);
-      if (eight == 0) continue;
-      for (int x = std::max(begin, block + k); x < std::min(end, block + k + 8); ++x) {
-        const int contrast = peaks[static_cast<std::size_t>(x - block)];
-        if (contrast != 0) corners->push_back({x, y, static_cast<float>(contrast - 1)});
-      }
+  kernel_.find_peaks(RowAt(y - 1).contrast.data(), row.contrast.data(), RowAt(y + 1).contrast.data(), row.blocks.data(),
+                     row.block_count, peaks_.data());
+  int begin = area.x;  // where the block before ended
+  const int end = area.x + area.width;
+  for (std::size_t b = 0; b < static_cast<std::size_t>(row.block_count); ++b) {
+    for (std::uint32_t peaks = peaks_[b]; peaks != 0; peaks &= peaks - 1) {
+      const int x = row.blocks[b] + __builtin_ctz(peaks);
+      if (x < begin || x >= end) continue;
+      const int contrast = row.contrast[static_cast<std::size_t>(x)];
+      corners->push_back({x, y, static_cast<float>(contrast - 1)});
     }
-    begin = end;
+    begin = std::max(begin, row.blocks[b] + kContrastBlock);
   }
 }
 
@@ -66,6 +59,7 @@ void CornerDetector::Detect(const cv::Mat& level, const cv::Rect& inner, const C
     row.contrast.resize(static_cast<std::size_t>(level.cols));
     row.blocks.resize(static_cast<std::size_t>(level.cols) / kContrastBlock + 1);
   }
+  peaks_.resize(rows_.front().blocks.size());
   corners->clear();
   DetectInside(level, inner, thresholds.high, corners);
 

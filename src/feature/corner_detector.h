@@ -41,11 +41,12 @@ class CornerDetector {
     int block_count = 0;
   };
   void DetectInside(const cv::Mat& level, const cv::Rect& area, int threshold, std::vector<Corner>* corners);
-  void AppendPeaks(const cv::Rect& area, int y, std::vector<Corner>* corners) const;
+  void AppendPeaks(const cv::Rect& area, int y, std::vector<Corner>* corners);
   const Row& RowAt(int y) const { return rows_[static_cast<std::size_t>(y) % rows_.size()]; }
 
   CornerKernel kernel_;
   std::array<Row, 3> rows_;             // of the last three y
+  std::vector<std::uint32_t> peaks_;    // of each block of one of them
   std::vector<std::uint8_t> occupied_;  // one for each cell, row by row
 };
 

@@ -1,6 +1,7 @@
 #include "corner_kernel.h"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #if defined(__x86_64__)
 #include <immintrin.h>
@@ -10,8 +11,8 @@ namespace planar_vslam {
 namespace {
 
 // The circle, each next to the one before.
-constexpr int kCircleX[16] = {0, 1, 2, 3, 3, 3, 2, 1, 0, -1, -2, -3, -3, -3, -2, -1};
-constexpr int kCircleY[16] = {3, 3, 2, 1, 0, -1, -2, -3, -3, -3, -2, -1, 0, 1, 2, 3};
+constexpr std::array<int, 16> kCircleX = {0, 1, 2, 3, 3, 3, 2, 1, 0, -1, -2, -3, -3, -3, -2, -1};
+constexpr std::array<int, 16> kCircleY = {3, 3, 2, 1, 0, -1, -2, -3, -3, -3, -2, -1, 0, 1, 2, 3};
 
 namespace plain {
 #define PV_TARGET

@@ -28,9 +28,10 @@ struct CornerKernel {
   // first columns of the blocks with corners to `blocks`, ascending, and returns how many; the last one may overlap the
   // one before.
   int (*find_contrast)(const ContrastStretch& stretch, std::uint8_t threshold, std::uint8_t* contrast, int* blocks);
-  // peaks[0..31] becomes the contrast of the pixels [x, x + 32) that exceed all their 8 neighbours, 0 for the others.
-  void (*find_peaks)(const std::uint8_t* above, const std::uint8_t* row, const std::uint8_t* below, int x,
-                     std::uint8_t* peaks);
+  // peaks[b] says which pixels of the block that begins at column blocks[b], bit k for pixel k, exceed the contrast of
+  // all their 8 neighbours. The arguments before are the contrast of three rows, from column 0 on.
+  void (*find_peaks)(const std::uint8_t* above, const std::uint8_t* row, const std::uint8_t* below, const int* blocks,
+                     int block_count, std::uint32_t* peaks);
 };
 
 CornerKernel CornerKernelOf(InstructionSet set);

@@ -1,5 +1,5 @@
 // Included once for each vector width: PV_VECTOR_BYTES, 16 or 32, and PV_TARGET before each function.
-typedef std::uint8_t Pixels __attribute__((vector_size(PV_VECTOR_BYTES)));
+using Pixels [[gnu::vector_size(PV_VECTOR_BYTES)]] = std::uint8_t;
 
 PV_TARGET inline Pixels Load(const std::uint8_t* from) {
   Pixels pixels;
@@ -34,21 +34,20 @@ PV_TARGET inline bool MayHoldCorner(const std::uint8_t* center, std::ptrdiff_t s
 }
 
 PV_TARGET inline Pixels Contrast(const std::uint8_t* center, std::ptrdiff_t step) {
-  Pixels circle[16];
-  for (int k = 0; k < 16; ++k) circle[k] = Load(center + kCircleY[k] * step + kCircleX[k]);
+  std::array<Pixels, 16> circle;
+  for (std::size_t k = 0; k < 16; ++k) circle[k] = Load(center + kCircleY[k] * step + kCircleX[k]);
   // Runs of 2, 4, 8 neighbours that begin at even places; each run of 8 takes one more at either end.
-  Pixels least[8], most[8];
-  for (int k = 0; k < 8; ++k) {
-    least[k] = Min(circle[2 * k], circle[2 * k + 1]);
-    most[k] = Max(circle[2 * k], circle[2 * k + 1]);
+  std::array<Pixels, 8> least2, most2, least4, most4;
+  for (std::size_t k = 0; k < 8; ++k) {
+    least2[k] = Min(circle[2 * k], circle[2 * k + 1]);
+    most2[k] = Max(circle[2 * k], circle[2 * k + 1]);
   }
-  Pixels least4[8], most4[8];
-  for (int k = 0; k < 8; ++k) {
-    least4[k] = Min(least[k], least[(k + 1) % 8]);
-    most4[k] = Max(most[k], most[(k + 1) % 8]);
+  for (std::size_t k = 0; k < 8; ++k) {
+    least4[k] = Min(least2[k], least2[(k + 1) % 8]);
+    most4[k] = Max(most2[k], most2[(k + 1) % 8]);
   }
   Pixels bright{}, dark = ~Pixels{};
-  for (int k = 0; k < 8; ++k) {
+  for (std::size_t k = 0; k < 8; ++k) {
     const Pixels &before = circle[(2 * k + 15) % 16], &after = circle[(2 * k + 8) % 16];
     bright = Max(bright, Min(Min(least4[k], least4[(k + 2) % 8]), Max(before, after)));
     dark = Min(dark, Max(Max(most4[k], most4[(k + 2) % 8]), Min(before, after)));
@@ -89,14 +88,30 @@ PV_TARGET int FindContrast(const ContrastStretch& stretch, std::uint8_t threshol
   return count;
 }
 
-PV_TARGET void FindPeaks(const std::uint8_t* above, const std::uint8_t* row, const std::uint8_t* below, int x,
-                         std::uint8_t* peaks) {
-  for (int k = 0; k < kContrastBlock; k += PV_VECTOR_BYTES) {
-    Pixels around = Max(Load(row + x + k - 1), Load(row + x + k + 1));
-    for (const std::uint8_t* other : {above + x + k, below + x + k}) {
-      around = Max(around, Max(Load(other), Max(Load(other - 1), Load(other + 1))));
+// Bit k: truth k, which is 255 or 0.
+PV_TARGET inline std::uint32_t Bits(const Pixels& truths) {
+#if PV_VECTOR_BYTES == 32
+  return static_cast<std::uint32_t>(_mm256_movemask_epi8(reinterpret_cast<__m256i>(truths)));
+#elif defined(__x86_64__)
+  return static_cast<std::uint32_t>(_mm_movemask_epi8(reinterpret_cast<__m128i>(truths)));
+#else
+  std::uint32_t bits = 0;
+  for (int k = 0; k < PV_VECTOR_BYTES; ++k) bits |= (truths[k] != 0 ? 1U : 0U) << k;
+  return bits;
+#endif
+}
+
+PV_TARGET void FindPeaks(const std::uint8_t* above, const std::uint8_t* row, const std::uint8_t* below,
+                         const int* blocks, int block_count, std::uint32_t* peaks) {
+  for (int b = 0; b < block_count; ++b) {
+    peaks[b] = 0;
+    for (int k = 0; k < kContrastBlock; k += PV_VECTOR_BYTES) {
+      const int x = blocks[b] + k;
+      Pixels around = Max(Load(row + x - 1), Load(row + x + 1));
+      around = Max(around, Max(Load(above + x), Max(Load(above + x - 1), Load(above + x + 1))));
+      around = Max(around, Max(Load(below + x), Max(Load(below + x - 1), Load(below + x + 1))));
+      const Pixels is_peak = reinterpret_cast<Pixels>(Load(row + x) > around);
+      peaks[b] |= Bits(is_peak) << k;
     }
-    const Pixels pixel = Load(row + x + k);
-    Store(pixel > around ? pixel : Pixels{}, peaks + k);
   }
 }

@@ -54,28 +54,33 @@ ImageGrid::ImageGrid(const std::vector<Keypoint>& keypoints) {
 void ImageGrid::Search(const std::vector<Keypoint>& keypoints, const Eigen::Vector2f& center, float radius,
                        int min_octave, int max_octave, std::vector<int>* indices) const {
   if (members_.empty() || !(radius >= 0.0F) || !center.allFinite()) return;
-  const std::ptrdiff_t old_size = static_cast<std::ptrdiff_t>(indices->size());
   // One pixel wider than asked, so that rounding of the bounds cannot lose a keypoint that lies on the boundary.
   const float reach = radius + 1.0F;
   const int first_column = CellOf(center.x() - reach, origin_.x(), kCellPixels, columns_);
   const int last_column = CellOf(center.x() + reach, origin_.x(), kCellPixels, columns_);
   const int first_row = CellOf(center.y() - reach, origin_.y(), kCellPixels, rows_);
   const int last_row = CellOf(center.y() + reach, origin_.y(), kCellPixels, rows_);
+  const std::size_t old_size = indices->size();
+  std::size_t size = old_size;
   for (int row = first_row; row <= last_row; ++row) {
     // The cells of a row are neighbours in members_.
     const std::size_t row_begin = static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_);
     const std::int32_t begin = cell_begin_[row_begin + static_cast<std::size_t>(first_column)];
     const std::int32_t end = cell_begin_[row_begin + static_cast<std::size_t>(last_column) + 1];
+    indices->resize(size + static_cast<std::size_t>(end - begin));
     for (std::int32_t m = begin; m < end; ++m) {
       const std::int32_t index = members_[static_cast<std::size_t>(m)];
       const Keypoint& keypoint = keypoints[static_cast<std::size_t>(index)];
-      if (keypoint.octave < min_octave || keypoint.octave > max_octave) continue;
-      if (std::abs(keypoint.pixel.x() - center.x()) <= radius && std::abs(keypoint.pixel.y() - center.y()) <= radius) {
-        indices->push_back(index);
-      }
+      // Without branches: whether a keypoint is near enough is as good as random.
+      const int failures = (keypoint.octave < min_octave ? 1 : 0) + (keypoint.octave > max_octave ? 1 : 0) +
+                           (std::abs(keypoint.pixel.x() - center.x()) <= radius ? 0 : 1) +
+                           (std::abs(keypoint.pixel.y() - center.y()) <= radius ? 0 : 1);
+      (*indices)[size] = index;
+      size += failures == 0 ? 1 : 0;
     }
   }
-  std::sort(indices->begin() + old_size, indices->end());
+  indices->resize(size);
+  std::sort(indices->begin() + static_cast<std::ptrdiff_t>(old_size), indices->end());
 }
 
 }  // namespace planar_vslam

@@ -162,8 +162,10 @@ PatchOrientation::PatchOrientation(InstructionSet set) : set_(set) {
     const int width = half_width[static_cast<std::size_t>(std::abs(v))];
     for (int u = -width; u <= width; ++u) {
       const std::size_t row = static_cast<std::size_t>(v + kRadius), column = static_cast<std::size_t>(u + kRadius);
-      wide_.inside[row][column] = narrow_.inside[row][column] = 1;
-      wide_.column[row][column] = narrow_.column[row][column] = static_cast<std::int8_t>(u);
+      wide_.inside[row][column] = 1;
+      wide_.column[row][column] = static_cast<std::int16_t>(u);
+      narrow_.inside[row][column] = 1;
+      narrow_.column[row][column] = static_cast<std::int8_t>(u);
     }
   }
 }

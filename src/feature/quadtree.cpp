@@ -7,21 +7,24 @@
 
 namespace planar_vslam {
 
-template <class Predicate>
-int Quadtree::Partition(int begin, int end, const Predicate& goes_first) {
-  // Without branches: which way a corner goes is as good as random.
-  deferred_.resize(static_cast<std::size_t>(end - begin) + 1);
-  int* const write_begin = order_.data() + begin;
-  int *write = write_begin, *defer = deferred_.data();
-  for (const int *index = write_begin, *last = order_.data() + end; index != last; ++index) {
-    const int current = *index;
-    const bool is_first = goes_first(current);
-    *write = *defer = current;
-    write += is_first ? 1 : 0;
-    defer += is_first ? 0 : 1;
+template <std::size_t Parts, class PartOf>
+std::array<int, Parts + 1> Quadtree::Partition(int begin, int end, const PartOf& part_of) {
+  // Without branches: which part a corner belongs to is as good as random.
+  std::array<int, Parts + 1> bounds{};  // at first the number of corners in the parts before
+  for (int i = begin; i < end; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    part_[at] = static_cast<std::uint8_t>(part_of(order_[at]));
+    ++bounds[part_[at] + 1U];
   }
-  std::copy(deferred_.data(), defer, write);
-  return begin + static_cast<int>(write - write_begin);
+  bounds[0] = begin;
+  for (std::size_t part = 0; part < Parts; ++part) bounds[part + 1] += bounds[part];
+  std::array<int, Parts + 1> next = bounds;
+  for (int i = begin; i < end; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    moved_[static_cast<std::size_t>(next[part_[at]]++)] = order_[at];
+  }
+  std::copy(moved_.begin() + begin, moved_.begin() + end, order_.begin() + begin);
+  return bounds;
 }
 
 void Quadtree::MakeRoots(const std::vector<Corner>& corners, const cv::Rect& area) {
@@ -29,7 +32,8 @@ void Quadtree::MakeRoots(const std::vector<Corner>& corners, const cv::Rect& are
   const float w = static_cast<float>(area.width), h = static_cast<float>(area.height);
   const int columns = std::max(1, static_cast<int>(std::lround(w / h)));
   const int rows = std::max(1, static_cast<int>(std::lround(h / w)));
-  order_.resize(corners.size());
+  for (std::vector<int>* indices : {&order_, &moved_}) indices->resize(corners.size());
+  part_.resize(corners.size());
   std::iota(order_.begin(), order_.end(), 0);
   nodes_.clear();
   leaves_.clear();
@@ -41,10 +45,12 @@ void Quadtree::MakeRoots(const std::vector<Corner>& corners, const cv::Rect& are
     root.x = static_cast<float>(area.x) + static_cast<float>(column) * root.width;
     root.y = static_cast<float>(area.y) + static_cast<float>(row) * root.height;
     const bool is_last = i + 1 == columns * rows;
-    root.end = is_last ? end : Partition(root.begin, end, [&](int index) {
+    const float right = root.x + root.width, bottom = root.y + root.height;
+    const auto is_outside = [&](int index) {
       const Corner& corner = corners[static_cast<std::size_t>(index)];
-      return static_cast<float>(corner.x) < root.x + root.width && static_cast<float>(corner.y) < root.y + root.height;
-    });
+      return static_cast<float>(corner.x) >= right || static_cast<float>(corner.y) >= bottom;
+    };
+    root.end = is_last ? end : Partition<2>(root.begin, end, is_outside)[1];
     if (root.size() == 1) leaves_.push_back(root);
     if (root.size() > 1) nodes_.push_back(root);
     root.begin = root.end;
@@ -53,20 +59,16 @@ void Quadtree::MakeRoots(const std::vector<Corner>& corners, const cv::Rect& are
 
 void Quadtree::Split(const std::vector<Corner>& corners, const Node& node) {
   const float half_width = 0.5F * node.width, half_height = 0.5F * node.height;
-  const auto is_left = [&](int index) {
-    return static_cast<float>(corners[static_cast<std::size_t>(index)].x) < node.x + half_width;
-  };
-  const auto is_upper = [&](int index) {
-    return static_cast<float>(corners[static_cast<std::size_t>(index)].y) < node.y + half_height;
-  };
-  const int lower = Partition(node.begin, node.end, is_upper);
-  const int upper_right = Partition(node.begin, lower, is_left);
-  const int lower_right = Partition(lower, node.end, is_left);
   const float right = node.x + half_width, bottom = node.y + half_height;
-  const Node quarters[] = {{node.x, node.y, half_width, half_height, node.begin, upper_right},
-                           {right, node.y, half_width, half_height, upper_right, lower},
-                           {node.x, bottom, half_width, half_height, lower, lower_right},
-                           {right, bottom, half_width, half_height, lower_right, node.end}};
+  const auto quarter_of = [&](int index) {
+    const Corner& corner = corners[static_cast<std::size_t>(index)];
+    return (static_cast<float>(corner.x) >= right ? 1 : 0) + (static_cast<float>(corner.y) >= bottom ? 2 : 0);
+  };
+  const std::array<int, 5> bounds = Partition<4>(node.begin, node.end, quarter_of);
+  const Node quarters[] = {{node.x, node.y, half_width, half_height, bounds[0], bounds[1]},
+                           {right, node.y, half_width, half_height, bounds[1], bounds[2]},
+                           {node.x, bottom, half_width, half_height, bounds[2], bounds[3]},
+                           {right, bottom, half_width, half_height, bounds[3], bounds[4]}};
   for (const Node& quarter : quarters) {
     if (quarter.size() == 1) leaves_.push_back(quarter);
     if (quarter.size() > 1) children_.push_back(quarter);

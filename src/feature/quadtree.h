@@ -1,5 +1,7 @@
 #pragma once
 // Thins corners so that what is left covers the image evenly.
+#include <array>
+#include <cstdint>
 #include <vector>
 
 #include "corner_detector.h"
@@ -21,13 +23,15 @@ class Quadtree {
   void MakeRoots(const std::vector<Corner>& corners, const cv::Rect& area);
   void Divide(const std::vector<Corner>& corners, int count);
   void Split(const std::vector<Corner>& corners, const Node& node);
-  // Moves the corners of [begin, end) for which `goes_first` holds to the front; returns where the others begin.
-  template <class Predicate>
-  int Partition(int begin, int end, const Predicate& goes_first);
+  // Brings the corners of [begin, end) into the order of their parts 0, 1, ..., and leaves them in order within a part.
+  // Returns where each part begins, and `end`.
+  template <std::size_t Parts, class PartOf>
+  std::array<int, Parts + 1> Partition(int begin, int end, const PartOf& part_of);
 
-  std::vector<int> order_;     // indices of corners, those of a node side by side
-  std::vector<int> deferred_;  // scratch of Partition
-  std::vector<Node> nodes_;    // of the current depth, each with two corners or more
+  std::vector<int> order_;          // indices of corners, those of a node side by side
+  std::vector<int> moved_;          // scratch of Partition
+  std::vector<std::uint8_t> part_;  // scratch of Partition
+  std::vector<Node> nodes_;         // of the current depth, each with two corners or more
   std::vector<Node> children_;
   std::vector<Node> leaves_;
 };
