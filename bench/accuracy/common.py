@@ -1,4 +1,4 @@
-"""What the scripts of this folder share: calling planar_vslam, rendering drives once, and results as files."""
+"""What the scripts of this folder and of bench/speed share: calling planar_vslam, rendering drives once, and results as files."""
 import datetime
 import fcntl
 import json
@@ -81,8 +81,8 @@ def write_results(options, results):
 
 def command_line():
     """As somebody else would type it: without the places of this machine."""
-    places = ('--executable', '--out', '--json', '--commit', '--rendered', '--maps', '--threads')
-    words, option = ['bench/accuracy/' + os.path.basename(sys.argv[0])], ''
+    places = ('--executable', '--out', '--json', '--commit', '--rendered', '--maps', '--threads', '--bench')
+    words, option = [os.path.relpath(os.path.abspath(sys.argv[0]), ROOT)], ''
     for argument in sys.argv[1:]:
         if argument.startswith('--'):
             option = argument

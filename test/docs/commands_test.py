@@ -22,7 +22,7 @@ SOURCE, EXECUTABLE = '', ''
 DOCUMENTS = ['README.md', 'ARCHITECTURE.md', 'CONTRIBUTING.md', 'BENCHMARK.md', 'planar/README.md', 'mapping2d/README.md', 'docs/*.md',
              'docs/benchmarks/README.md', 'examples/README.md']
 FIRST_WORDS = ('planar_vslam', 'rosrun', 'roslaunch', 'rosservice', 'rostopic', 'catkin', 'catkin_make', 'apt-get', 'sudo', 'cmake', 'ctest')
-FOLDERS = ('scripts/', 'bench/accuracy/', 'build/devel/lib/', '.ci/', 'test/')
+FOLDERS = ('scripts/', 'bench/accuracy/', 'bench/speed/', 'build/devel/lib/', '.ci/', 'test/')
 LONGEST = 60  # s, of one command
 
 # Words of the documentation -> what is there in the scratch folder. Longer ones first.
@@ -70,7 +70,7 @@ def fenced_commands(text):
 
 def is_command(span):
     words = span.split()
-    if len(words) < 2 and not span.startswith(('scripts/', 'bench/accuracy/', '.ci/')):
+    if len(words) < 2 and not span.startswith(('scripts/', 'bench/accuracy/', 'bench/speed/', '.ci/')):
         return False
     return '...' not in words and (words[0] in FIRST_WORDS or words[0].startswith(FOLDERS))
 
@@ -178,7 +178,7 @@ class Commands(unittest.TestCase):
             return self.check_run(words[1:])
         if words[0] == 'roslaunch':
             return self.check_launch(words[1:])
-        if words[0].startswith(('scripts/', '.ci/', 'bench/accuracy/', 'test/')):
+        if words[0].startswith(('scripts/', '.ci/', 'bench/accuracy/', 'bench/speed/', 'test/')):
             return self.check_script(words[0], words[1:])
         if words[0].startswith('build/devel/lib/planar_vslam/'):
             return self.check_built(os.path.basename(words[0]))
@@ -257,7 +257,7 @@ class Commands(unittest.TestCase):
         if kind == 'test':
             self.assertTrue(os.path.isdir(os.path.join(SOURCE, 'test', rest)) or 'add_executable(%s ' % name in read('test/ros/CMakeLists.txt'), 'no such test')
         elif kind == 'bench':
-            self.assertTrue(os.path.isfile(os.path.join(SOURCE, 'bench/micro', rest + '_bench.cpp')), 'no such benchmark')
+            self.assertTrue(glob.glob(os.path.join(SOURCE, 'bench/*', rest + '_bench.cpp')), 'no such benchmark')
         else:
             self.assertIn(name, read('src/ros/CMakeLists.txt') + read('src/cli/CMakeLists.txt'), 'no such target')
 
