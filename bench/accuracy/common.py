@@ -44,6 +44,21 @@ def add_rendered_argument(parser):
     parser.add_argument('--rendered', default=os.path.join(BENCH, 'rendered'), help='folder of rendered drives: kept, and taken where they are there')
 
 
+def add_bench_argument(parser):
+    parser.add_argument('--bench', help='folder of bench_orb, bench_growth, bench_laps and libbench_cpu_clock.so; default: beside the executable, '
+                        'or of this source tree')
+
+
+def bench_program(options, name):
+    """A program of bench/speed, and the clock that is preloaded into what it measures."""
+    folders = [options.bench] if options.bench else [os.path.dirname(options.executable), os.path.dirname(EXECUTABLE)]
+    for folder in folders:
+        found = [os.path.abspath(os.path.join(folder, file)) for file in (name, 'libbench_cpu_clock.so')]
+        if all(map(os.path.exists, found)):
+            return found
+    fail('%s: no such file, or no libbench_cpu_clock.so beside it; build them with scripts/build bench_speed' % os.path.join(folders[-1], name))
+
+
 def check_executable(options):
     if not os.path.exists(options.executable):
         fail('%s: no such file; build it with scripts/build' % options.executable)

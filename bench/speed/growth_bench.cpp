@@ -4,10 +4,10 @@
 // tracked and mapped by the stages of the pipeline, one after the other on this thread. Prints JSON. Left out: reading
 // and extraction of images, laser sweeps and links by them, the closing of loops.
 #include <fmt/format.h>
-#include <malloc.h>
 
 #include <cstdlib>
 
+#include "cost.h"
 #include "growth_world.h"
 #include "planar_vslam/pipeline/map_accuracy.h"
 #include "planar_vslam/pipeline/map_jobs.h"
@@ -17,11 +17,6 @@
 
 namespace planar_vslam {
 namespace {
-
-double HeapBytes() {
-  const struct mallinfo2 info = mallinfo2();
-  return static_cast<double>(info.uordblks) + static_cast<double>(info.hblkhd);
-}
 
 // Loops are looked for and never closed: adjusting such maps as a whole is another measurement.
 PipelineOptions Options() {
@@ -68,7 +63,7 @@ class Drive {
     track.covariance += CovarianceOfMapAt(track.T_map_base, *jobs_->map(), accuracy_, options_.mount);
     trajectory_.Add({GrowthWorld::StampOf(frame), track.reference, track.T_ref_base, GrowthWorld::CameraMount(),
                      track.status == TrackingState::kOdometry});
-    statistics_.Add("frame", tracking.Milliseconds());
+    frame_ms_.push_back(tracking.Milliseconds());
     statistics_.Add(track.times);
     tracked_ += track.status == TrackingState::kTracking ? 1 : 0;
     error_ = std::max(error_, (track.T_map_base.translation - Embed3(world_.PoseOf(frame)).translation).norm());
@@ -80,14 +75,13 @@ class Drive {
   std::string Json(double bytes_a_keyframe, std::size_t landmarks) const {
     std::string stages;
     for (const auto& [stage, times] : statistics_.stages()) {
-      stages +=
-          fmt::format(R"({}"{}": {{"count": {}, "mean": {:.4f}, "p50": {:.4f}, "p99": {:.4f}}})",
-                      stages.empty() ? "" : ", ", stage, times.count(),
-                      times.sum() / static_cast<double>(times.count()), times.Percentile(0.5), times.Percentile(0.99));
+      stages += fmt::format(R"({}"{}": {{"count": {}, "mean": {:.4f}}})", stages.empty() ? "" : ", ", stage,
+                            times.count(), times.sum() / static_cast<double>(times.count()));
     }
     return fmt::format(
-        R"({{"landmarks": {}, "tracked": {}, "largest_error_m": {:.4f}, "bytes_a_keyframe": {:.0f}, "stages_ms": {{{}}}}})",
-        landmarks, tracked_, error_, bytes_a_keyframe, stages);
+        R"({{"landmarks": {}, "tracked": {}, "largest_error_m": {:.4f}, "bytes_a_keyframe": {:.0f}, "frame_ms": {}, )"
+        R"("keyframe_ms": {}, "stages_ms": {{{}}}}})",
+        landmarks, tracked_, error_, bytes_a_keyframe, TimesJson(frame_ms_), TimesJson(keyframe_ms_), stages);
   }
   int tracked() const { return tracked_; }
 
@@ -120,7 +114,7 @@ class Drive {
       Follow(change, track.T_map_base);
       times.insert(times.end(), change.times.begin(), change.times.end());
     }
-    times.push_back({"keyframe", mapping.Milliseconds()});
+    keyframe_ms_.push_back(mapping.Milliseconds());
     statistics_.Add(times);
   }
 
@@ -142,6 +136,7 @@ class Drive {
   KeyframeId session_begin_;
   PlanarMotion since_keyframe_;
   CountSightings sightings_;
+  std::vector<double> frame_ms_, keyframe_ms_;
   StageStatistics statistics_;
   int next_;
   int tracked_ = 0;

@@ -4,13 +4,12 @@
 // lap: time of frames that became no keyframe, what those that did took more than the median of these, the map, the
 // size of its file, and the memory in use.
 #include <fmt/format.h>
-#include <malloc.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cstdlib>
 #include <system_error>
 
+#include "cost.h"
 #include "planar_vslam/io/recording.h"
 #include "planar_vslam/map/map_file.h"
 #include "planar_vslam/pipeline/estimator.h"
@@ -18,24 +17,7 @@
 namespace planar_vslam {
 namespace {
 
-double HeapMebibytes() {
-  const struct mallinfo2 info = mallinfo2();
-  return (static_cast<double>(info.uordblks) + static_cast<double>(info.hblkhd)) / (1024.0 * 1024.0);
-}
-
-double Percentile(std::vector<double> values, double share) {
-  if (values.empty()) return 0.0;
-  std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
-}
-
-std::string Times(const std::vector<double>& values) {
-  double sum = 0.0;
-  for (const double value : values) sum += value;
-  return fmt::format(R"({{"count": {}, "mean": {:.4f}, "p50": {:.4f}, "p99": {:.4f}}})", values.size(),
-                     values.empty() ? 0.0 : sum / static_cast<double>(values.size()), Percentile(values, 0.5),
-                     Percentile(values, 0.99));
-}
+constexpr double kMebibyte = 1024.0 * 1024.0;
 
 class Laps {
  public:
@@ -80,9 +62,9 @@ class Laps {
     laps_ += fmt::format(
         R"({}{{"images": {}, "tracked": {}, "frame_ms": {}, "keyframe_ms": {}, "keyframes": {}, "landmarks": {}, )"
         R"("file_mib": {:.3f}, "heap_mib": {:.3f}}})",
-        laps_.empty() ? "" : ", ", images, located_, Times(frames_), Times(keyframes_),
+        laps_.empty() ? "" : ", ", images, located_, TimesJson(frames_), TimesJson(keyframes_),
         map == nullptr ? 0 : map->keyframes.size(), map == nullptr ? 0 : map->landmarks.size(), FileMebibytes(map),
-        HeapMebibytes());
+        HeapBytes() / kMebibyte);
     frames_.clear();
     keyframes_.clear();
     located_ = 0;
@@ -94,7 +76,7 @@ class Laps {
         std::filesystem::temp_directory_path() / fmt::format("bench_laps_{}.pvm", getpid());
     double size = 0.0;
     if (SaveMapFile(*map, estimator_.map_camera(), path).ok()) {
-      size = static_cast<double>(std::filesystem::file_size(path)) / (1024.0 * 1024.0);
+      size = static_cast<double>(std::filesystem::file_size(path)) / kMebibyte;
     }
     std::error_code ignored;
     std::filesystem::remove(path, ignored);

@@ -5,12 +5,12 @@
 // and of both the mean of the CPU time and the median of the wall time of an image, in ms.
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cstdlib>
 #include <ctime>
 #include <opencv2/core.hpp>
 #include <opencv2/features2d.hpp>
 
+#include "cost.h"
 #include "planar_vslam/feature/orb_extractor.h"
 #include "planar_vslam/geometry/stopwatch.h"
 #include "planar_vslam/io/recording.h"
@@ -34,11 +34,9 @@ class Cost {
     cpu_ms_ += CpuMilliseconds() - begin;
     wall_ms_.push_back(watch.Milliseconds());
   }
-  std::string Json() {
-    const auto middle = wall_ms_.begin() + static_cast<std::ptrdiff_t>(wall_ms_.size() / 2);
-    std::nth_element(wall_ms_.begin(), middle, wall_ms_.end());
-    return fmt::format(R"({{"cpu_ms": {:.5f}, "wall_p50_ms": {:.5f}}})", cpu_ms_ / static_cast<double>(wall_ms_.size()),
-                       *middle);
+  std::string Json() const {
+    return fmt::format(R"({{"cpu_ms": {:.5f}, "wall_p50_ms": {:.5f}}})", cpu_ms_ / static_cast<double>(images()),
+                       Percentile(wall_ms_, 0.5));
   }
   std::size_t images() const { return wall_ms_.size(); }
 

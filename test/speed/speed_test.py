@@ -27,7 +27,7 @@ class Speed(unittest.TestCase):
         assert done.returncode == 0, done.stderr
 
     def run_speed(self, *arguments):
-        done = call(SOURCE + '/bench/speed/run_speed', self.folder, *arguments, '--executable', EXECUTABLE, '--bench', BENCH_ORB,
+        done = call(SOURCE + '/bench/speed/run_speed', self.folder, *arguments, '--executable', EXECUTABLE, '--bench', os.path.dirname(BENCH_ORB),
                     '--out', self.folder + '/out', '--turns', '1')
         self.assertEqual(done.returncode, 0, done.stderr)
         return done.stdout
@@ -59,6 +59,21 @@ class Speed(unittest.TestCase):
 
         printed = self.run_speed('dev_lab', '--compare', self.folder + '/first.json')
         self.assertRegex(printed, r'first\.json: cost so many times as much\n.*\n +dev_lab .* 1\.00\n')
+
+    def test_growth_is_told_by_size_and_lap(self):
+        done = call(SOURCE + '/bench/speed/run_growth', '--sizes', '20,40', '--frames', '12', '--laps', '0', '--out', self.folder + '/out', '--executable', EXECUTABLE,
+                    '--bench', os.path.dirname(BENCH_ORB), '--json', self.folder + '/growth.json')
+        self.assertEqual(done.returncode, 0, done.stderr)
+        results = self.results('growth.json')
+        self.assertEqual([(r['kind'], r['keyframes']) for r in results], [('rooms', 20), ('rooms', 40), ('laps', 20), ('laps', 40)])
+        for r in results:
+            self.assertEqual(r['tracked'], 12)
+            self.assertLess(r['largest_error_m'], 0.1)
+            self.assertGreater(r['keyframe_ms']['count'], 0)
+            self.assertGreater(r['bytes_a_keyframe'], 10000)
+        laps = json.loads(call(os.path.dirname(BENCH_ORB) + '/bench_laps', self.folder + '/dev_lab', '2.5').stdout)['laps']
+        self.assertEqual(len(laps), 3)
+        self.assertGreater(laps[-1]['file_mib'], 0)
 
     def test_what_is_not_there_is_left_out(self):
         self.assertIn('kitti_raw: not in', self.run_speed('kitti_raw'))
