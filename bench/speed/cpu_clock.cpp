@@ -3,8 +3,9 @@
 // with other work and for executables that know nothing of it. For runs on one thread, where nobody waits by a clock.
 #include <sys/syscall.h>
 #include <sys/time.h>
-#include <time.h>
 #include <unistd.h>
+
+#include <ctime>
 
 extern "C" int clock_gettime(clockid_t clock, timespec* time) noexcept {
   return static_cast<int>(syscall(SYS_clock_gettime, clock == CLOCK_MONOTONIC ? CLOCK_THREAD_CPUTIME_ID : clock, time));
