@@ -16,8 +16,14 @@ KeyframeId Shifted(KeyframeId id, std::uint32_t by) { return id.valid() ? Keyfra
 LandmarkId Shifted(LandmarkId id, std::uint32_t by) { return id.valid() ? LandmarkId{id.value + by} : id; }
 
 void Move(const Rigid3& T_new_old, Map* map) {
-  for (auto& [id, keyframe] : map->keyframes) keyframe.T_map_base = T_new_old * keyframe.T_map_base;
-  for (auto& [id, landmark] : map->landmarks) landmark.p_map = T_new_old * landmark.p_map;
+  for (const KeyframeId id : map->keyframes.Ids()) {
+    Keyframe& keyframe = map->keyframes.Edit(id);
+    keyframe.T_map_base = T_new_old * keyframe.T_map_base;
+  }
+  for (const LandmarkId id : map->landmarks.Ids()) {
+    Landmark& landmark = map->landmarks.Edit(id);
+    landmark.p_map = T_new_old * landmark.p_map;
+  }
 }
 
 // `part`'s keyframes, as far as `count` goes, with what they see.
@@ -40,7 +46,8 @@ void Append(const Map& part, std::size_t count, Map* map) {
     }
     if (!copy.observations.empty()) map->landmarks.Insert(Shifted(id, landmarks), std::move(copy));
   }
-  for (auto& [id, keyframe] : map->keyframes) {
+  for (const KeyframeId id : map->keyframes.Ids()) {
+    Keyframe& keyframe = map->keyframes.Edit(id);
     for (LandmarkId& landmark : keyframe.landmarks) {
       if (landmark.valid() && !map->landmarks.Contains(landmark)) landmark = LandmarkId{};
     }

@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "stages.h"
 
 namespace planar_vslam {
@@ -36,14 +38,16 @@ bool IsRedundant(const Map& map, KeyframeId id, const Keyframe& keyframe, double
 
 MapEdit CullRecentLandmarks(const Map& map, KeyframeId newest, const MapperOptions& options) {
   EraseLandmarks erase;
-  for (const auto& [id, landmark] : map.landmarks) {
+  for (auto it = map.landmarks.end(); it != map.landmarks.begin();) {
+    const auto& [id, landmark] = *--it;
     const std::uint32_t age = newest.value - landmark.created_by.value;
-    if (age > kRecentKeyframes) continue;
+    if (age > kRecentKeyframes) break;  // each keyframe creates its landmarks after those of the keyframes before
     const bool rarely_found =
         static_cast<double>(landmark.found) < options.min_found_ratio * landmark.predicted_visible;
     const bool not_confirmed = age >= kRecentKeyframes && landmark.observations.size() < kProbationObservations;
     if (rarely_found || not_confirmed) erase.ids.push_back(id);
   }
+  std::reverse(erase.ids.begin(), erase.ids.end());
   return {erase};
 }
 

@@ -16,20 +16,21 @@ PreparedScan OwnSweep(const Keyframe& keyframe, const ScanMatchOptions& options)
 std::vector<KeyframeId> LaserReferences(const Map& map, KeyframeId newest) {
   constexpr double kNear = 1.0;  // m
   constexpr double kNearAngle = DegreesToRadians(60.0);
-  const Rigid2 T_newest_map = ProjectToPlane(map.keyframes.At(newest).T_map_base).Inverse();
-  std::vector<KeyframeId> references;
-  for (const auto& [id, keyframe] : map.keyframes) {
-    if (keyframe.sweeps.empty() || !(id < newest)) continue;
+  const Rigid3& T_map_newest = map.keyframes.At(newest).T_map_base;
+  const Rigid2 T_newest_map = ProjectToPlane(T_map_newest).Inverse();
+  KeyframeId oldest;
+  for (const KeyframeId id : map.bases.Around(T_map_newest.translation, kNear)) {
+    const Keyframe& keyframe = map.keyframes.At(id);
+    if (keyframe.sweeps.empty() || !(id < newest) || !(id < oldest)) continue;
     const Rigid2 T_newest_other = T_newest_map * ProjectToPlane(keyframe.T_map_base);
-    if (T_newest_other.translation.norm() < kNear && std::abs(T_newest_other.angle) < kNearAngle) {
-      references.push_back(id);
-      break;
-    }
+    if (T_newest_other.translation.norm() < kNear && std::abs(T_newest_other.angle) < kNearAngle) oldest = id;
   }
-  for (auto it = map.keyframes.end(); it != map.keyframes.begin();) {
-    const auto& [id, keyframe] = *--it;
-    if (keyframe.sweeps.empty() || !(id < newest)) continue;
-    if (references.empty() || references.front() != id) references.push_back(id);
+  std::vector<KeyframeId> references;
+  if (oldest.valid()) references.push_back(oldest);
+  for (const auto* latest = map.keyframes.Before(newest); latest != nullptr;
+       latest = map.keyframes.Before(latest->first)) {
+    if (latest->second.sweeps.empty()) continue;
+    if (latest->first != oldest) references.push_back(latest->first);
     break;
   }
   return references;

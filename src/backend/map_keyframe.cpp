@@ -23,8 +23,10 @@ void DropMissingLandmarks(const Map& map, Keyframe* keyframe) {
 
 SetOffFloor OffFloorSince(const Map& map, Timestamp since, KeyframeId session_begin) {
   SetOffFloor off;
-  for (const auto& [id, keyframe] : map.keyframes) {
-    if (!(id < session_begin) && keyframe.stamp >= since) off.ids.push_back(id);
+  for (auto it = map.keyframes.end(); it != map.keyframes.begin();) {
+    const auto& [id, keyframe] = *--it;
+    if (id < session_begin || keyframe.stamp < since) break;  // stamps of a session ascend
+    off.ids.push_back(id);
   }
   return off;
 }

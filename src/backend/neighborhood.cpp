@@ -62,22 +62,30 @@ BundleRequest LocalRequest(const Map& map, KeyframeId newest, const MapperOption
 
   // Border: those that see most of the landmarks, and the far ends of links into the window.
   std::vector<int> votes(map.next_keyframe_id, 0);
+  std::vector<KeyframeId> border;
+  const auto vote = [&](KeyframeId id, int count) {
+    if (is_free(id)) return;
+    if (votes[id.value] == 0) border.push_back(id);
+    votes[id.value] += count;
+  };
   for (const LandmarkId id : request.landmarks) {
-    for (const Observation& o : map.landmarks.At(id).observations) ++votes[o.keyframe.value];
+    for (const Observation& o : map.landmarks.At(id).observations) vote(o.keyframe, 1);
   }
   constexpr int kLinkVote = 1 << 20;  // always among the border
-  const auto vote = [&](KeyframeId id, const MotionLink& link) {
-    if (is_free(id)) votes[link.from.value] += kLinkVote;
-    if (is_free(link.from)) votes[id.value] += kLinkVote;
-  };
-  for (const auto& [id, keyframe] : map.keyframes) {
-    if (keyframe.odometry_link.has_value()) vote(id, *keyframe.odometry_link);
-    for (const MotionLink& link : keyframe.laser_links) vote(id, link);
+  for (const KeyframeId id : request.free_keyframes) {
+    const Keyframe& keyframe = map.keyframes.At(id);
+    const auto vote_for_links = [&](const Keyframe& holder, const auto& vote_for) {
+      if (holder.odometry_link.has_value()) vote_for(*holder.odometry_link);
+      for (const MotionLink& link : holder.laser_links) vote_for(link);
+    };
+    vote_for_links(keyframe, [&](const MotionLink& link) { vote(link.from, kLinkVote); });
+    for (const KeyframeId later : keyframe.linked_by) {
+      vote_for_links(map.keyframes.At(later), [&](const MotionLink& link) {
+        if (link.from == id) vote(later, kLinkVote);
+      });
+    }
   }
-  std::vector<KeyframeId> border;
-  for (const auto& [id, keyframe] : map.keyframes) {
-    if (votes[id.value] > 0 && !is_free(id)) border.push_back(id);
-  }
+  std::sort(border.begin(), border.end());
   std::stable_sort(border.begin(), border.end(),
                    [&votes](KeyframeId a, KeyframeId b) { return votes[a.value] > votes[b.value]; });
   if (static_cast<int>(border.size()) > options.max_fixed) border.resize(static_cast<std::size_t>(options.max_fixed));

@@ -52,13 +52,6 @@ Descriptor MedoidDescriptor(const std::vector<Descriptor>& descriptors) {
   return descriptors[best];
 }
 
-DerivedFields::DerivedFields(const Map& map) : map_(map) {
-  p_map_cameras_.reserve(map.keyframes.size());
-  for (const auto& [id, keyframe] : map.keyframes) {
-    p_map_cameras_.emplace_back(id, keyframe.T_map_base * keyframe.T_base_camera.translation);
-  }
-}
-
 void DerivedFields::UpdateDescriptor(Landmark* landmark) {
   descriptors_.clear();
   for (const Observation& o : landmark->observations) {
@@ -85,11 +78,9 @@ void DerivedFields::UpdateGeometry(Landmark* landmark) const {
   landmark->min_distance = landmark->max_distance / map_.octave_scales.back();
 }
 
-const Eigen::Vector3d& DerivedFields::CameraCenter(KeyframeId id) const {
-  const auto it = std::lower_bound(p_map_cameras_.begin(), p_map_cameras_.end(), id,
-                                   [](const auto& entry, KeyframeId i) { return entry.first < i; });
-  PV_CHECK(it != p_map_cameras_.end() && it->first == id, "keyframe " << id.value);
-  return it->second;
+Eigen::Vector3d DerivedFields::CameraCenter(KeyframeId id) const {
+  const Keyframe& keyframe = map_.keyframes.At(id);
+  return keyframe.T_map_base * keyframe.T_base_camera.translation;
 }
 
 }  // namespace planar_vslam

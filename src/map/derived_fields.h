@@ -1,7 +1,6 @@
 #pragma once
 // The fields of a landmark that follow from its observations (see map.h), recomputed one landmark at a time.
 #include <Eigen/Core>
-#include <utility>
 #include <vector>
 
 #include "planar_vslam/map/map.h"
@@ -12,10 +11,10 @@ namespace planar_vslam {
 // observation.
 Descriptor MedoidDescriptor(const std::vector<Descriptor>& descriptors);
 
-// Reads a map whose keyframes do not change while it lives: it keeps the camera centres.
+// Reads a map that outlives it.
 class DerivedFields {
  public:
-  explicit DerivedFields(const Map& map);
+  explicit DerivedFields(const Map& map) : map_(map) {}
 
   void UpdateDescriptor(Landmark* landmark);
   // View direction and distance range. The reference is the creating keyframe's observation, or the first once that is
@@ -24,11 +23,10 @@ class DerivedFields {
   void UpdateGeometry(Landmark* landmark) const;
 
  private:
-  const Eigen::Vector3d& CameraCenter(KeyframeId id) const;
+  Eigen::Vector3d CameraCenter(KeyframeId id) const;
 
   const Map& map_;
-  std::vector<std::pair<KeyframeId, Eigen::Vector3d>> p_map_cameras_;  // ascending by id
-  std::vector<Descriptor> descriptors_;                                // of one landmark, reused from call to call
+  std::vector<Descriptor> descriptors_;  // of one landmark, reused from call to call
 };
 
 }  // namespace planar_vslam

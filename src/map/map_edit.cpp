@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "derived_fields.h"
+#include "indexes.h"
 #include "planar_vslam/geometry/check.h"
 
 namespace planar_vslam {
@@ -52,10 +53,10 @@ class Editor {
   void Disconnect(LandmarkId id, KeyframeId keyframe);
   void FreeKeypoint(const Observation& observation);
   void EraseLandmark(LandmarkId id, Landmark* landmark);
-  void RehomeSweeps(KeyframeId erased_id);
-  void BridgeLaser(KeyframeId erased_id, const std::vector<MotionLink>& erased_links);
+  void RehomeSweeps(KeyframeId erased_id, const Keyframe& erased);
+  void BridgeLaser(KeyframeId erased_id, const std::vector<MotionLink>& erased_links, KeyframeId later);
   void AddLaserLink(KeyframeId id, Keyframe* keyframe, const MotionLink& link);
-  void BridgeOdometry(KeyframeId erased_id, const std::optional<MotionLink>& erased_link);
+  void BridgeOdometry(KeyframeId erased_id, const std::optional<MotionLink>& erased_link, KeyframeId later);
   void EraseThinLandmarks();
   void UpdateDerivedFields();
 
@@ -68,27 +69,28 @@ class Editor {
 };
 
 Landmark* Editor::FindLandmark(LandmarkId id) {
-  Landmark* landmark = map_.landmarks.Find(id);
-  return landmark != nullptr && !landmark->observations.empty() ? landmark : nullptr;
+  const Landmark* landmark = map_.landmarks.Find(id);
+  return landmark != nullptr && !landmark->observations.empty() ? &map_.landmarks.Edit(id) : nullptr;
 }
 
 bool Editor::Connect(LandmarkId id, Landmark* landmark, const Observation& observation) {
-  Keyframe* keyframe = map_.keyframes.Find(observation.keyframe);
+  const Keyframe* keyframe = map_.keyframes.Find(observation.keyframe);
   if (keyframe == nullptr) return false;
   PV_CHECK(observation.keypoint < keyframe->landmarks.size(), "keyframe " << observation.keyframe.value
                                                                           << " keypoint=" << observation.keypoint
                                                                           << " of " << keyframe->landmarks.size());
-  LandmarkId& occupant = keyframe->landmarks[observation.keypoint];
   const auto at = ObservationFrom(&landmark->observations, observation.keyframe);
-  if (occupant.valid() || (at != landmark->observations.end() && at->keyframe == observation.keyframe)) return false;
+  if (keyframe->landmarks[observation.keypoint].valid() ||
+      (at != landmark->observations.end() && at->keyframe == observation.keyframe))
+    return false;
   landmark->observations.insert(at, observation);
-  occupant = id;
+  map_.keyframes.Edit(observation.keyframe).landmarks[observation.keypoint] = id;
   reobserved_.push_back(id);
   return true;
 }
 
 void Editor::FreeKeypoint(const Observation& observation) {
-  map_.keyframes.At(observation.keyframe).landmarks[observation.keypoint] = LandmarkId{};
+  map_.keyframes.Edit(observation.keyframe).landmarks[observation.keypoint] = LandmarkId{};
 }
 
 void Editor::Disconnect(LandmarkId id, KeyframeId keyframe) {
@@ -125,7 +127,10 @@ void Editor::operator()(const AddKeyframe& step) {
     const KeyframeId from = keyframe.odometry_link->from;
     PV_CHECK(from < step.id, "id=" << step.id.value << " from=" << from.value);
     if (!map_.keyframes.Contains(from)) keyframe.odometry_link.reset();
+    IndexLink(&map_, from, step.id);
   }
+  keyframe.linked_by.clear();
+  IndexPlace(&map_, step.id);
   keyframe.laser_links.clear();
   for (const MotionLink& link : step.keyframe.laser_links) AddLaserLink(step.id, &keyframe, link);
 
@@ -165,28 +170,31 @@ void Editor::operator()(const EraseLandmarks& step) {
 }
 
 void Editor::operator()(const EraseKeyframe& step) {
-  const Keyframe* keyframe = map_.keyframes.Find(step.id);
-  if (keyframe == nullptr) return;
-  for (const LandmarkId id : keyframe->landmarks) {
+  if (!map_.keyframes.Contains(step.id)) return;
+  const Keyframe erased = map_.keyframes.At(step.id);  // a copy: the one in the map changes under our hands
+  for (const LandmarkId id : erased.landmarks) {
     if (id.valid()) Disconnect(id, step.id);
   }
-  BridgeOdometry(step.id, keyframe->odometry_link);
-  BridgeLaser(step.id, keyframe->laser_links);
-  RehomeSweeps(step.id);
+  for (const KeyframeId later : erased.linked_by) {
+    BridgeOdometry(step.id, erased.odometry_link, later);
+    BridgeLaser(step.id, erased.laser_links, later);
+  }
+  RehomeSweeps(step.id, erased);
+  DropPlace(&map_, step.id);
   map_.keyframes.Erase({step.id});
+  for (const KeyframeId from : LinkedFrom(erased)) IndexLink(&map_, from, step.id);
 }
 
-void Editor::BridgeLaser(KeyframeId erased_id, const std::vector<MotionLink>& erased_links) {
-  for (auto& [id, keyframe] : map_.keyframes) {
-    std::vector<MotionLink>& links = keyframe.laser_links;
-    const auto link = std::find_if(links.begin(), links.end(), [&](const auto& l) { return l.from == erased_id; });
-    if (link == links.end()) continue;
-    const PlanarMotion from_erased = link->motion;
-    links.erase(link);
-    if (erased_links.empty()) continue;
-    const MotionLink& nearest = erased_links.back();  // ascending: the latest, whose way is the shortest
-    AddLaserLink(id, &keyframe, {nearest.from, Compose(nearest.motion, from_erased)});
-  }
+void Editor::BridgeLaser(KeyframeId erased_id, const std::vector<MotionLink>& erased_links, KeyframeId later) {
+  Keyframe& keyframe = map_.keyframes.Edit(later);
+  std::vector<MotionLink>& links = keyframe.laser_links;
+  const auto link = std::find_if(links.begin(), links.end(), [&](const auto& l) { return l.from == erased_id; });
+  if (link == links.end()) return;
+  const PlanarMotion from_erased = link->motion;
+  links.erase(link);
+  if (erased_links.empty()) return;
+  const MotionLink& nearest = erased_links.back();  // ascending: the latest, whose way is the shortest
+  AddLaserLink(later, &keyframe, {nearest.from, Compose(nearest.motion, from_erased)});
 }
 
 void Editor::AddLaserLink(KeyframeId id, Keyframe* keyframe, const MotionLink& link) {
@@ -195,31 +203,30 @@ void Editor::AddLaserLink(KeyframeId id, Keyframe* keyframe, const MotionLink& l
   const auto at = std::lower_bound(links.begin(), links.end(), link.from,
                                    [](const MotionLink& l, KeyframeId from) { return l.from < from; });
   if (at == links.end() || at->from != link.from) links.insert(at, link);
+  IndexLink(&map_, link.from, id);
 }
 
-void Editor::RehomeSweeps(KeyframeId erased_id) {
-  if (map_.keyframes.size() < 2) return;
-  auto erased = map_.keyframes.begin();
-  while (erased->first != erased_id) ++erased;
-  const KeyframeId home_id = (erased == map_.keyframes.begin() ? std::next(erased) : std::prev(erased))->first;
-  const Keyframe& from = erased->second;
-  Keyframe& home = map_.keyframes.At(home_id);
-  const Rigid2 T_home_from = ProjectToPlane(home.T_map_base).Inverse() * ProjectToPlane(from.T_map_base);
-  for (LaserSweep sweep : from.sweeps) {
+void Editor::RehomeSweeps(KeyframeId erased_id, const Keyframe& erased) {
+  if (map_.keyframes.size() < 2 || erased.sweeps.empty()) return;
+  const auto* before = map_.keyframes.Before(erased_id);
+  const KeyframeId home_id =
+      before != nullptr ? before->first : map_.keyframes.From(KeyframeId{erased_id.value + 1})->first;
+  Keyframe& home = map_.keyframes.Edit(home_id);
+  const Rigid2 T_home_from = ProjectToPlane(home.T_map_base).Inverse() * ProjectToPlane(erased.T_map_base);
+  for (LaserSweep sweep : erased.sweeps) {
     sweep.T_keyframe_base = T_home_from * sweep.T_keyframe_base;
     home.sweeps.push_back(std::move(sweep));
   }
 }
 
-void Editor::BridgeOdometry(KeyframeId erased_id, const std::optional<MotionLink>& erased_link) {
-  for (auto& [id, keyframe] : map_.keyframes) {
-    std::optional<MotionLink>& link = keyframe.odometry_link;
-    if (!link || link->from != erased_id) continue;
-    if (erased_link) {
-      link = MotionLink{erased_link->from, Compose(erased_link->motion, link->motion)};
-    } else {
-      link.reset();
-    }
+void Editor::BridgeOdometry(KeyframeId erased_id, const std::optional<MotionLink>& erased_link, KeyframeId later) {
+  std::optional<MotionLink>& link = map_.keyframes.Edit(later).odometry_link;
+  if (!link || link->from != erased_id) return;
+  if (erased_link) {
+    link = MotionLink{erased_link->from, Compose(erased_link->motion, link->motion)};
+    IndexLink(&map_, erased_link->from, later);
+  } else {
+    link.reset();
   }
 }
 
@@ -235,26 +242,32 @@ void Editor::operator()(const MergeLandmarks& step) {
 }
 
 void Editor::operator()(const AddSweeps& step) {
-  Keyframe* keyframe = map_.keyframes.Find(step.keyframe);
+  Keyframe* keyframe = map_.keyframes.FindToEdit(step.keyframe);
   if (keyframe == nullptr) return;
   for (const LaserSweep& sweep : step.sweeps) PV_CHECK(sweep.scan != nullptr, "keyframe " << step.keyframe.value);
   keyframe->sweeps.insert(keyframe->sweeps.end(), step.sweeps.begin(), step.sweeps.end());
 }
 
 void Editor::operator()(const AddLaserLinks& step) {
-  Keyframe* keyframe = map_.keyframes.Find(step.keyframe);
+  Keyframe* keyframe = map_.keyframes.FindToEdit(step.keyframe);
   if (keyframe == nullptr) return;
   for (const MotionLink& link : step.links) AddLaserLink(step.keyframe, keyframe, link);
 }
 
 void Editor::operator()(const EraseOdometryLink& step) {
-  if (Keyframe* keyframe = map_.keyframes.Find(step.keyframe)) keyframe->odometry_link.reset();
+  const Keyframe* keyframe = map_.keyframes.Find(step.keyframe);
+  if (keyframe == nullptr || !keyframe->odometry_link.has_value()) return;
+  const KeyframeId from = keyframe->odometry_link->from;
+  map_.keyframes.Edit(step.keyframe).odometry_link.reset();
+  IndexLink(&map_, from, step.keyframe);
 }
 
 void Editor::operator()(const SetKeyframePose& step) {
-  Keyframe* keyframe = map_.keyframes.Find(step.id);
+  Keyframe* keyframe = map_.keyframes.FindToEdit(step.id);
   if (keyframe == nullptr) return;
+  const Rigid3 T_map_base_before = keyframe->T_map_base, T_map_camera_before = keyframe->T_map_camera();
   keyframe->T_map_base = step.T_map_base;
+  IndexMove(&map_, step.id, T_map_base_before, T_map_camera_before);
   for (const LandmarkId id : keyframe->landmarks) {
     if (id.valid()) moved_.push_back(id);
   }
@@ -262,7 +275,7 @@ void Editor::operator()(const SetKeyframePose& step) {
 
 void Editor::operator()(const SetOffFloor& step) {
   for (const KeyframeId id : step.ids) {
-    if (Keyframe* keyframe = map_.keyframes.Find(id)) keyframe->on_floor = false;
+    if (Keyframe* keyframe = map_.keyframes.FindToEdit(id)) keyframe->on_floor = false;
   }
 }
 
@@ -283,23 +296,26 @@ void Editor::operator()(const CountSightings& step) {
 }
 
 void Editor::operator()(const TransformMap& step) {
-  for (auto& [id, keyframe] : map_.keyframes) {
+  for (const KeyframeId id : map_.keyframes.Ids()) {
+    Keyframe& keyframe = map_.keyframes.Edit(id);
     Rigid3 T_map_camera = keyframe.T_map_camera();
     T_map_camera.translation *= step.scale;
     keyframe.T_map_base = step.T_new_old * T_map_camera * keyframe.T_base_camera.Inverse();
   }
-  for (auto& [id, landmark] : map_.landmarks) {
+  for (const LandmarkId id : map_.landmarks.Ids()) {
+    Landmark& landmark = map_.landmarks.Edit(id);
     landmark.p_map = step.T_new_old * Eigen::Vector3d(step.scale * landmark.p_map);
     moved_.push_back(id);
   }
+  IndexPlaces(&map_);
 }
 
 void Editor::EraseThinLandmarks() {
   constexpr std::size_t kMinObservations = 2;  // a point on a single ray has no depth
   for (const LandmarkId id : thinned_) {
-    Landmark* landmark = FindLandmark(id);
-    if (landmark == nullptr || id.value >= first_new_landmark_) continue;
-    if (landmark->observations.size() < kMinObservations) EraseLandmark(id, landmark);
+    const Landmark* landmark = map_.landmarks.Find(id);
+    if (landmark == nullptr || landmark->observations.empty() || id.value >= first_new_landmark_) continue;
+    if (landmark->observations.size() < kMinObservations) EraseLandmark(id, &map_.landmarks.Edit(id));
   }
 }
 
@@ -308,12 +324,12 @@ void Editor::UpdateDerivedFields() {
   DerivedFields derived(map_);
   SortUnique(&reobserved_);
   for (const LandmarkId id : reobserved_) {
-    if (Landmark* landmark = map_.landmarks.Find(id)) derived.UpdateDescriptor(landmark);
+    if (Landmark* landmark = map_.landmarks.FindToEdit(id)) derived.UpdateDescriptor(landmark);
   }
   moved_.insert(moved_.end(), reobserved_.begin(), reobserved_.end());
   SortUnique(&moved_);
   for (const LandmarkId id : moved_) {
-    if (Landmark* landmark = map_.landmarks.Find(id)) derived.UpdateGeometry(landmark);
+    if (Landmark* landmark = map_.landmarks.FindToEdit(id)) derived.UpdateGeometry(landmark);
   }
 }
 

@@ -148,7 +148,7 @@ bool HasLaser(const Keyframe& keyframe) { return !keyframe.sweeps.empty() || !ke
 
 // The sweeps and links of the keyframes that have any.
 void WriteLaser(ByteWriter& s, const Map& map) {
-  std::vector<const std::pair<KeyframeId, Keyframe>*> with_laser;
+  std::vector<const IdMap<KeyframeId, Keyframe>::Entry*> with_laser;
   for (const auto& entry : map.keyframes) {
     if (HasLaser(entry.second)) with_laser.push_back(&entry);
   }
@@ -163,7 +163,7 @@ void ReadLaser(ByteReader& s, Map* map) {
   for (std::size_t left = s.Count(kBytesPerSweepList); left > 0 && s.ok(); --left) {
     KeyframeId id;
     s.Number(id.value);
-    Keyframe* keyframe = map->keyframes.Find(id);
+    Keyframe* keyframe = map->keyframes.FindToEdit(id);
     if (keyframe == nullptr || HasLaser(*keyframe)) {
       s.Fail("sweeps of keyframe " + std::to_string(id.value) + ", expected a keyframe of the map, once");
       return;
@@ -237,6 +237,7 @@ Expected<SavedMap> Decode(const Sections& sections, std::size_t count) {
   for (const std::string& problem : problems) {
     if (!problem.empty()) return Error{problem};
   }
+  RebuildIndexes(&map);
   return saved;
 }
 

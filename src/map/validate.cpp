@@ -36,12 +36,8 @@ bool IsRigid(const Rigid3& T) {
 
 template <class IdType, class Value>
 void CheckIds(const IdMap<IdType, Value>& entries, std::uint32_t next_id, const char* kind, Problems* problems) {
-  IdType previous;
   for (const auto& [id, value] : entries) {
     problems->Unless(id.valid() && id.value < next_id, kind, " ", id.value, ": id not below the counter ", next_id);
-    problems->Unless(!previous.valid() || previous < id, kind, " ", id.value, ": id not above ", previous.value,
-                     " before it");
-    previous = id;
   }
 }
 
@@ -175,6 +171,17 @@ void CheckLandmark(const Map& map, LandmarkId id, const Landmark& landmark, Prob
                    ": distance range [", min, ", ", max, "]");
 }
 
+void CheckIndexes(const Map& map, Problems* problems) {
+  Map rebuilt = map;
+  RebuildIndexes(&rebuilt);
+  problems->Unless(map.bases == rebuilt.bases && map.cameras == rebuilt.cameras,
+                   "places of keyframes: not where they are indexed");
+  for (const auto& [id, keyframe] : map.keyframes) {
+    problems->Unless(keyframe.linked_by == rebuilt.keyframes.At(id).linked_by, "keyframe ", id.value,
+                     ": not all links from it are indexed, or others");
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> Validate(const Map& map) {
@@ -184,6 +191,7 @@ std::vector<std::string> Validate(const Map& map) {
   CheckOctaveScales(map, &problems);
   for (const auto& [id, keyframe] : map.keyframes) CheckKeyframe(map, id, keyframe, &problems);
   for (const auto& [id, landmark] : map.landmarks) CheckLandmark(map, id, landmark, &problems);
+  CheckIndexes(map, &problems);
   return problems.Take();
 }
 

@@ -115,7 +115,7 @@ TEST_F(LinkByLaserTest, NothingIsLinkedWithoutSweepsMetresOrTheOption) {
   map_.metric = false;
   EXPECT_TRUE(Links(newest).empty());
   map_.metric = true;
-  map_.keyframes.At(newest).sweeps.clear();
+  map_.keyframes.Edit(newest).sweeps.clear();
   EXPECT_TRUE(Links(newest).empty());
 }
 

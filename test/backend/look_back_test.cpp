@@ -14,7 +14,7 @@ using test::Driver;
 
 // What a step of the wheels measured is no number: no adjustment that it takes part in can succeed.
 Map WithBrokenOdometry(Map map, KeyframeId id) {
-  map.keyframes.At(id).odometry_link->motion.T_i_j.translation.x() = std::numeric_limits<double>::quiet_NaN();
+  map.keyframes.Edit(id).odometry_link->motion.T_i_j.translation.x() = std::numeric_limits<double>::quiet_NaN();
   return map;
 }
 

@@ -63,7 +63,8 @@ class Driver {
     for (const auto& [id, original] : world_.map.landmarks) {
       Landmark landmark;
       landmark.p_map = T_map_true * world_.true_points[id.value];
-      for (auto it = map_.keyframes.end() - static_cast<std::ptrdiff_t>(count); it != map_.keyframes.end(); ++it) {
+      for (auto it = std::prev(map_.keyframes.end(), static_cast<std::ptrdiff_t>(count)); it != map_.keyframes.end();
+           ++it) {
         const std::vector<Descriptor>& seen = it->second.features->descriptors;
         const auto at = std::find(seen.begin(), seen.end(), original.descriptor);
         if (at != seen.end()) {

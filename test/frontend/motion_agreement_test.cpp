@@ -30,7 +30,7 @@ class MotionAgreementTest : public ::testing::Test {
     MapEdit edit;
     Keyframe keyframe = std::prev(map.keyframes.end())->second;
     keyframe.odometry_link->motion.T_i_j = keyframe.odometry_link->motion.T_i_j * error;
-    wrong.keyframes.At(std::prev(map.keyframes.end())->first).odometry_link = keyframe.odometry_link;
+    wrong.keyframes.Edit(std::prev(map.keyframes.end())->first).odometry_link = keyframe.odometry_link;
     return SquaredMotionDisagreement(wrong, world.Context());
   }
 };

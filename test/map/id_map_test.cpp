@@ -57,6 +57,62 @@ TEST(IdMap, KnowsPositionsInTheOrderOfIds) {
   EXPECT_EQ(ids.Before(K(9))->first, K(7));
 }
 
+TEST(IdMap, WhatIsWrittenToOneCopyDoesNotShowInAnother) {
+  std::mt19937 generator(4);
+  IdMap<LandmarkId, int> ids;
+  std::vector<std::pair<IdMap<LandmarkId, int>, std::map<LandmarkId, int>>> copies(1);
+  for (int round = 0; round < 400; ++round) {
+    auto [now, reference] = copies[RandomIndex(generator, copies.size())];
+    const LandmarkId id = L(RandomIndex(generator, 6) * 1000 + RandomIndex(generator, 70));
+    if (!now.Contains(id)) {
+      now.Insert(id, round);
+      reference.emplace(id, round);
+    } else if (round % 3 == 0) {
+      now.Erase({id});
+      reference.erase(id);
+    } else {
+      now.Edit(id) = reference[id] = round;
+    }
+    if (copies.size() < 8) {
+      copies.emplace_back(now, reference);
+    } else {
+      copies[RandomIndex(generator, copies.size())] = {now, reference};
+    }
+    for (const auto& [copy, expected] : copies) {
+      ASSERT_EQ(copy.size(), expected.size());
+      ASSERT_TRUE(std::equal(copy.begin(), copy.end(), expected.begin(), expected.end(),
+                             [](const auto& a, const auto& b) { return a.first == b.first && a.second == b.second; }));
+    }
+  }
+}
+
+TEST(IdMap, GoesThroughFromAnyIdAndBackwards) {
+  IdMap<LandmarkId, int> ids;
+  for (const std::uint32_t value : {3U, 31U, 32U, 2047U, 2048U, 9000U}) ids.Insert(L(value), 0);
+  EXPECT_EQ(ids.From(L(0))->first, L(3));
+  EXPECT_EQ(ids.From(L(33))->first, L(2047));
+  EXPECT_EQ(ids.From(L(9001)), ids.end());
+  std::vector<LandmarkId> backwards;
+  for (auto it = ids.end(); it != ids.begin();) backwards.push_back((--it)->first);
+  std::vector<LandmarkId> forwards = ids.Ids();
+  EXPECT_TRUE(std::equal(forwards.begin(), forwards.end(), backwards.rbegin(), backwards.rend()));
+}
+
+TEST(IdMap, VisitsWhatTwoCopiesDoNotShare) {
+  IdMap<LandmarkId, int> before;
+  for (std::uint32_t value = 0; value < 5000; value += 7) before.Insert(L(value), 1);
+  IdMap<LandmarkId, int> now = before;
+  now.Edit(L(70)) = 2;
+  now.Erase({L(700)});
+  now.Insert(L(9000), 3);
+  std::vector<std::pair<std::uint32_t, int>> seen;
+  now.VisitChanges(before, [&seen](LandmarkId id, const int* was, const int* is) {
+    seen.emplace_back(id.value, 10 * (was != nullptr ? *was : 0) + (is != nullptr ? *is : 0));
+  });
+  EXPECT_EQ(seen, (std::vector<std::pair<std::uint32_t, int>>{{70, 12}, {700, 10}, {9000, 3}}));
+  now.VisitChanges(now, [](LandmarkId, const int*, const int*) { FAIL(); });
+}
+
 TEST(IdMapDeathTest, StopsOnAnIdInsertedTwiceOrAskedForInVain) {
   IdMap<KeyframeId, int> ids;
   ids.Insert(K(2), 7);

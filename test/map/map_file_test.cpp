@@ -30,7 +30,8 @@ float RandomFloat(std::mt19937& generator, float limit) {
 
 // Gives the fields that random maps leave at their defaults values of their own.
 Map Filled(std::mt19937& generator, Map map) {
-  for (auto& [id, keyframe] : map.keyframes) {
+  for (const KeyframeId id : map.keyframes.Ids()) {
+    Keyframe& keyframe = map.keyframes.Edit(id);
     auto features = std::make_shared<FrameFeatures>(*keyframe.features);
     for (Keypoint& keypoint : features->keypoints) {
       keypoint.pixel = {RandomFloat(generator, 640.0F), RandomFloat(generator, 480.0F)};
@@ -67,7 +68,8 @@ void ExpectSameFeatures(const FrameFeatures& a, const FrameFeatures& b) {
 
 void ExpectSameMap(const Map& a, Map b) {
   ASSERT_EQ(a.keyframes.size(), b.keyframes.size());
-  for (auto& [id, keyframe] : b.keyframes) {
+  for (const KeyframeId id : b.keyframes.Ids()) {
+    Keyframe& keyframe = b.keyframes.Edit(id);
     ASSERT_TRUE(a.keyframes.Contains(id));
     const Keyframe& original = a.keyframes.At(id);
     ExpectSameFeatures(*original.features, *keyframe.features);
@@ -182,7 +184,7 @@ TEST_F(MapFile, SavingReplacesAFileAndLeavesNothingElse) {
 TEST_F(MapFile, ABrokenMapIsNotSavedOverASoundOne) {
   const std::string before = Saved(map_);
   Map broken = map_;
-  broken.landmarks.begin()->second.p_map.x() = std::nan("");
+  broken.landmarks.Edit(broken.landmarks.begin()->first).p_map.x() = std::nan("");
   const Expected<bool> saved = SaveMapFile(broken, TestCamera(), path_);
   ASSERT_FALSE(saved.ok());
   EXPECT_NE(saved.error().message.find("position not finite"), std::string::npos) << saved.error().message;
@@ -221,10 +223,12 @@ TEST_F(MapFile, VersionOneIsReadWithoutLaser) {
   sections.pop_back();
   const Expected<SavedMap> loaded = Loaded(JoinSections(sections, 1));
   ASSERT_TRUE(loaded.ok()) << loaded.error().message;
-  for (auto& [id, keyframe] : map_.keyframes) {
+  for (const KeyframeId id : map_.keyframes.Ids()) {
+    Keyframe& keyframe = map_.keyframes.Edit(id);
     keyframe.sweeps.clear();
     keyframe.laser_links.clear();
   }
+  RebuildIndexes(&map_);
   ExpectSameMap(map_, loaded->map);
 }
 

@@ -19,24 +19,22 @@ struct Damage {
 };
 
 void ChangeFeatures(Map* map, const std::function<void(FrameFeatures*)>& change) {
-  FrameFeaturesPtr& features = map->keyframes.At(K(1)).features;
+  FrameFeaturesPtr& features = map->keyframes.Edit(K(1)).features;
   auto changed = std::make_shared<FrameFeatures>(*features);
   change(changed.get());
   features = changed;
 }
 
-Keyframe& AKeyframe(Map* map) { return map->keyframes.At(K(1)); }
-Landmark& ALandmark(Map* map) { return map->landmarks.At(L(0)); }
+Keyframe& AKeyframe(Map* map) { return map->keyframes.Edit(K(1)); }
+Landmark& ALandmark(Map* map) { return map->landmarks.Edit(L(0)); }
 Observation& AnObservation(Map* map) { return ALandmark(map).observations.front(); }
 void FreeItsKeypoint(Map* map) {
   const Observation o = AnObservation(map);
-  map->keyframes.At(o.keyframe).landmarks[o.keypoint] = LandmarkId{};
+  map->keyframes.Edit(o.keyframe).landmarks[o.keypoint] = LandmarkId{};
 }
 
 std::vector<Damage> Damages() {
   return {
-      {"KeyframeOrder", [](Map* m) { std::swap(m->keyframes.begin()[0], m->keyframes.begin()[1]); }, "id not above 1"},
-      {"LandmarkOrder", [](Map* m) { std::swap(m->landmarks.begin()[0], m->landmarks.begin()[1]); }, "id not above 1"},
       {"KeyframeCounter", [](Map* m) { m->next_keyframe_id = 3; }, "keyframe 3: id not below the counter 3"},
       {"LandmarkCounter", [](Map* m) { m->next_landmark_id = 5; }, "landmark 5: id not below the counter 5"},
       {"OctaveScales", [](Map* m) { std::swap(m->octave_scales[1], m->octave_scales[2]); }, "octave_scales[2]"},
@@ -60,7 +58,7 @@ std::vector<Damage> Damages() {
       {"LinkNotFinite", [](Map* m) { AKeyframe(m).odometry_link->motion.covariance(1, 2) = kNan; },
        "odometry link not finite"},
       {"LaserCovarianceNotDefinite",
-       [](Map* m) { m->keyframes.At(K(2)).laser_links.front().motion.covariance.setZero(); },
+       [](Map* m) { m->keyframes.Edit(K(2)).laser_links.front().motion.covariance.setZero(); },
        "keyframe 2: laser link from keyframe 0: covariance not positive definite"},
       {"LandmarkMissing", [](Map* m) { m->landmarks.Erase({L(0)}); }, "landmark 0 does not exist"},
       {"KeyframeMissing", [](Map* m) { m->keyframes.Erase({AnObservation(m).keyframe}); },
@@ -76,6 +74,8 @@ std::vector<Damage> Damages() {
        [](Map* m) { ALandmark(m).observations.insert(ALandmark(m).observations.begin(), AnObservation(m)); },
        "landmark 0: observation in keyframe"},
       {"CreatorNeverWas", [](Map* m) { ALandmark(m).created_by = KeyframeId{}; }, "landmark 0: created by keyframe"},
+      {"LinksNotIndexed", [](Map* m) { AKeyframe(m).linked_by.pop_back(); }, "keyframe 1: not all links from it"},
+      {"PlacesNotIndexed", [](Map* m) { AKeyframe(m).T_map_base.translation.x() += 2.0; }, "places of keyframes"},
       {"PointNotFinite", [](Map* m) { ALandmark(m).p_map.x() = kNan; }, "landmark 0: position not finite"},
       {"DirectionNotFinite", [](Map* m) { ALandmark(m).view_direction.x() = kNan; },
        "landmark 0: view direction not finite"},

@@ -80,7 +80,10 @@ TEST_P(BundleAdjustment, FloorPriorTakesOnlyKeyframesOnTheFloor) {
     return sum / static_cast<double>(map.keyframes.size());
   };
   EXPECT_NEAR(mean_height(lifted), 0.0, 0.02);
-  for (auto& [id, keyframe] : lifted.keyframes) keyframe.on_floor = false;
+  for (const KeyframeId id : lifted.keyframes.Ids()) {
+    Keyframe& keyframe = lifted.keyframes.Edit(id);
+    keyframe.on_floor = false;
+  }
   EXPECT_NEAR(mean_height(lifted), 0.3, 0.02);
 }
 
@@ -110,7 +113,10 @@ TEST_P(BundleAdjustmentOnFloor, PutsFreePosesOnTheFloorAndRecoversTruth) {
 TEST_P(BundleAdjustmentOnFloor, LeavesReleasedKeyframesTheirSixDegreesOfFreedom) {
   const test::SyntheticWorld world = test::MakeSyntheticWorld({});
   Map ramp = Apply(world.map, {TransformMap{1.0, FromTilt(0.2, 0.1)}});
-  for (auto& [id, keyframe] : ramp.keyframes) keyframe.on_floor = false;
+  for (const KeyframeId id : ramp.keyframes.Ids()) {
+    Keyframe& keyframe = ramp.keyframes.Edit(id);
+    keyframe.on_floor = false;
+  }
   MeasurementModel context = world.Context();
   context.options.max_iterations = 50;
   context.planar.mode = PlanarMode::kOff;
@@ -133,7 +139,8 @@ TEST_P(BundleAdjustment, SwayMakesNoOutliersOfSe2Xyz) {
   Map map = world.map;
   std::mt19937 generator(5);
   std::normal_distribution<double> tilt(0.0, DegreesToRadians(0.5));
-  for (auto& [id, keyframe] : map.keyframes) {
+  for (const KeyframeId id : map.keyframes.Ids()) {
+    Keyframe& keyframe = map.keyframes.Edit(id);
     const Eigen::Quaterniond sway = ExpSo3({tilt(generator), tilt(generator), 0.0});
     const Rigid3 T_camera_map =
         (Rigid3(sway * keyframe.T_map_base.rotation, keyframe.T_map_base.translation) * keyframe.T_base_camera)
@@ -163,7 +170,7 @@ TEST_P(BundleAdjustment, NamesWrongObservationsAsOutliers) {
   const auto wrong = static_cast<std::size_t>(
       std::find_if(landmarks.begin(), landmarks.end(), [](LandmarkId id) { return id.valid(); }) - landmarks.begin());
   features->keypoints[wrong].pixel += Eigen::Vector2f(40.0F, 25.0F);
-  map.keyframes.At(KeyframeId{2}).features = features;
+  map.keyframes.Edit(KeyframeId{2}).features = features;
   const BundleResult result = Adjust(map, WholeMapRequest(map), world.Context());
   ASSERT_EQ(result.outliers.size(), 1U);
   EXPECT_EQ(result.outliers[0].first, landmarks[wrong]);
@@ -215,7 +222,7 @@ TEST_P(BundleAdjustment, SaysWhenThereIsNothingToAdjust) {
 TEST_P(BundleAdjustment, AFailureHasNoValues) {
   const test::SyntheticWorld world = test::MakeSyntheticWorld({});
   Map map = world.map;
-  map.landmarks.begin()->second.p_map.x() = std::numeric_limits<double>::quiet_NaN();
+  map.landmarks.Edit(map.landmarks.begin()->first).p_map.x() = std::numeric_limits<double>::quiet_NaN();
   const BundleResult result = Adjust(map, WholeMapRequest(map), world.Context());
   EXPECT_TRUE(result.failed());
   EXPECT_FALSE(result.message.empty());
@@ -241,7 +248,8 @@ TEST_P(BundleAdjustment, LaserLinksHoldTheScaleWithoutWheels) {
   context.planar.mode = PlanarMode::kOff;
   context.options.use_odometry = false;
   context.options.max_iterations = 50;
-  for (auto& [id, keyframe] : map.keyframes) {
+  for (const KeyframeId id : map.keyframes.Ids()) {
+    Keyframe& keyframe = map.keyframes.Edit(id);
     if (keyframe.odometry_link.has_value()) keyframe.laser_links = {*keyframe.odometry_link};
   }
   map = Apply(std::move(map), ToEdit(Adjust(map, WholeMapRequest(map), context)));
@@ -255,7 +263,8 @@ TEST_P(BundleAdjustment, LaserLinksHoldTheScaleWithoutWheels) {
 TEST_P(BundleAdjustment, TheFloorsOfTheWheelsAreNotThoseOfTheLaser) {
   const test::SyntheticWorld world = test::MakeSyntheticWorld({});
   Map map = test::Perturbed(world, 0.02, 0.01, 0.05, 4);
-  for (auto& [id, keyframe] : map.keyframes) {
+  for (const KeyframeId id : map.keyframes.Ids()) {
+    Keyframe& keyframe = map.keyframes.Edit(id);
     if (keyframe.odometry_link.has_value()) keyframe.laser_links = {*keyframe.odometry_link};
   }
   MeasurementModel context = world.Context();
@@ -274,7 +283,7 @@ TEST_P(BundleAdjustment, LetsGoOfAStepInWhichTheWheelsSlipped) {
   options.pixel_noise = 0.5;
   const test::SyntheticWorld world = test::MakeSyntheticWorld(options);
   Map map = world.map;
-  map.keyframes.At(KeyframeId{4}).odometry_link->motion.T_i_j.translation += Eigen::Vector2d(0.3, 0.1);
+  map.keyframes.Edit(KeyframeId{4}).odometry_link->motion.T_i_j.translation += Eigen::Vector2d(0.3, 0.1);
   MeasurementModel context = world.Context();
   context.options.max_iterations = 50;
   const auto worst = [&](double loss) {
@@ -292,7 +301,8 @@ TEST_P(BundleAdjustment, LetsGoOfTheLevelWhereTheRobotTilts) {
   const test::SyntheticWorld world = test::MakeSyntheticWorld(options);
   const Rigid3 tilt = FromTilt(0.0, DegreesToRadians(10.0));
   Map map = world.map;
-  for (auto& [id, keyframe] : map.keyframes) {
+  for (const KeyframeId id : map.keyframes.Ids()) {
+    Keyframe& keyframe = map.keyframes.Edit(id);
     keyframe.on_floor = false;
     if (id.value >= 4) Tilt(world, tilt, &keyframe);
   }

@@ -37,7 +37,8 @@ class CalibrationTest : public ::testing::Test {
     map_ = world_.map;
     double x = 0.0;
     std::optional<KeyframeId> previous;
-    for (auto& [id, keyframe] : map_.keyframes) {
+    for (const KeyframeId id : map_.keyframes.Ids()) {
+      Keyframe& keyframe = map_.keyframes.Edit(id);
       keyframe.stamp = Stamp(x / kSpeed);
       // The laser measured the way from the keyframe before, in metres.
       if (previous.has_value()) keyframe.laser_links = {{*previous, keyframe.odometry_link->motion}};
@@ -65,14 +66,18 @@ class CalibrationTest : public ::testing::Test {
   }
   // The keyframes claim a camera turned by this against where it is.
   void TurnMounts(const Vector6d& error) {
-    for (auto& [id, keyframe] : map_.keyframes) keyframe.T_base_camera = Mounted(error, keyframe.T_base_camera);
+    for (const KeyframeId id : map_.keyframes.Ids()) {
+      Keyframe& keyframe = map_.keyframes.Edit(id);
+      keyframe.T_base_camera = Mounted(error, keyframe.T_base_camera);
+    }
   }
 
   // Every image was taken by a camera turned at random against where its keyframe says it is.
   void SwayMounts(double sigma, std::uint32_t seed) {
     std::mt19937 generator(seed);
     std::normal_distribution<double> normal(0.0, sigma);
-    for (auto& [id, keyframe] : map_.keyframes) {
+    for (const KeyframeId id : map_.keyframes.Ids()) {
+      Keyframe& keyframe = map_.keyframes.Edit(id);
       const Eigen::Vector3d turn(normal(generator), normal(generator), normal(generator));
       keyframe.T_base_camera = world_.T_base_camera * Rigid3(ExpSo3(turn), Eigen::Vector3d::Zero());
     }
@@ -142,7 +147,10 @@ TEST_F(CalibrationTest, ItsSigmasCoverWhatASwayingCameraDoes) {
 }
 
 TEST_F(CalibrationTest, WhatADriveDoesNotShowStaysAsItWas) {
-  for (auto& [id, keyframe] : map_.keyframes) keyframe.laser_links.clear();  // nothing else knows metres
+  for (const KeyframeId id : map_.keyframes.Ids()) {
+    Keyframe& keyframe = map_.keyframes.Edit(id);
+    keyframe.laser_links.clear();  // nothing else knows metres
+  }
   const Expected<CalibrationResult> result = Calibrate(Readings({1.02, 1.02, 1.0}));
   ASSERT_TRUE(result.ok()) << result.error().message;
   EXPECT_FALSE(Value(*result, "odometry_scale_x").observed);

@@ -89,7 +89,8 @@ TEST(KeyframeCovariance, ByTheLaserDoesNotDependOnTheFloorsOfTheWheels) {
   MeasurementModel context = Context();
   context.options.use_odometry = false;
   Map map = Chain(3, context.odometry_noise);
-  for (auto& [id, keyframe] : map.keyframes) {
+  for (const KeyframeId id : map.keyframes.Ids()) {
+    Keyframe& keyframe = map.keyframes.Edit(id);
     if (keyframe.odometry_link.has_value()) keyframe.laser_links = {*keyframe.odometry_link};
   }
   const Eigen::Matrix3d before = KeyframeCovariance(map, KeyframeId{2}, context, kNone);

@@ -47,8 +47,8 @@ class SchurSolver : public ::testing::TestWithParam<Case> {
     const test::SyntheticWorld world = test::MakeSyntheticWorld(options);
     Map map = test::Perturbed(world, 0.03, 0.01, 0.05, seed + 1);
     map.metric = GetParam().metric;
-    map.keyframes.At(KeyframeId{6}).on_floor = false;
-    map.keyframes.At(KeyframeId{8}).laser_links = {
+    map.keyframes.Edit(KeyframeId{6}).on_floor = false;
+    map.keyframes.Edit(KeyframeId{8}).laser_links = {
         {KeyframeId{7}, map.keyframes.At(KeyframeId{8}).odometry_link->motion}};
     BundleRequest request = WholeMapRequest(map);
     request.free_keyframes.clear();

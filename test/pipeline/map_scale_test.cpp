@@ -64,7 +64,10 @@ TEST(AssessScale, LaserAndWheelsThatDisagreeAreNamed) {
 
 TEST(AssessScale, WithoutOdometryNothingIsSaid) {
   test::SyntheticWorld world = World(8);
-  for (auto& [id, keyframe] : world.map.keyframes) keyframe.odometry_link.reset();
+  for (const KeyframeId id : world.map.keyframes.Ids()) {
+    Keyframe& keyframe = world.map.keyframes.Edit(id);
+    keyframe.odometry_link.reset();
+  }
   EXPECT_FALSE(AssessScale(world.map, ScaleOptions{}, SystematicErrors{}).fused.has_value());
 }
 

@@ -17,7 +17,8 @@ test::SyntheticWorld WorldWithSweeps() {
   test::SyntheticWorld world = test::MakeSyntheticWorld(options);
   std::mt19937 generator(2);
   std::uniform_real_distribution<float> range(0.5F, 7.0F);
-  for (auto& [id, keyframe] : world.map.keyframes) {
+  for (const KeyframeId id : world.map.keyframes.Ids()) {
+    Keyframe& keyframe = world.map.keyframes.Edit(id);
     for (const double ahead : {0.0, 0.1}) {
       PlanarScan scan;
       scan.angle_min = -2.0, scan.angle_increment = 0.02;
@@ -44,10 +45,12 @@ void ExpectSame(const MapBuilder& a, const MapBuilder& b) {
 
 // Points and the keyframes from `first` on go somewhere else, together.
 void Move(KeyframeId first, const Rigid3& T_new_old, Map* map) {
-  for (auto& [id, keyframe] : map->keyframes) {
+  for (const KeyframeId id : map->keyframes.Ids()) {
+    Keyframe& keyframe = map->keyframes.Edit(id);
     if (!(id < first)) keyframe.T_map_base = T_new_old * keyframe.T_map_base;
   }
-  for (auto& [id, landmark] : map->landmarks) {
+  for (const LandmarkId id : map->landmarks.Ids()) {
+    Landmark& landmark = map->landmarks.Edit(id);
     if (!(landmark.created_by < first)) landmark.p_map = T_new_old * landmark.p_map;
   }
 }
@@ -62,7 +65,7 @@ TEST(NavigationMap, UpdatedEqualsRebuiltWhateverMovesComesAndGoes) {
   for (int round = 0; round < 8; ++round) {
     const Rigid3 T_new_old = Embed3(Rigid2(shift(generator), shift(generator), 0.2 * shift(generator)));
     Move(KeyframeId{any(generator)}, T_new_old, &map);
-    Keyframe& changed = map.keyframes.At(KeyframeId{any(generator)});
+    Keyframe& changed = map.keyframes.Edit(KeyframeId{any(generator)});
     if (!changed.sweeps.empty()) changed.sweeps.pop_back();
     navigation.Update(map, world.camera);
     ExpectSame(navigation.builder(), BuildNavigationMap(map, world.camera, MapBuilderOptions{}, LandmarkAcceptance{}));

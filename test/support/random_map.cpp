@@ -227,7 +227,8 @@ bool Equal(const Keyframe& a, const Keyframe& b) {
   return a.stamp == b.stamp && Equal(a.T_map_base, b.T_map_base) && Equal(a.T_base_camera, b.T_base_camera) &&
          a.features == b.features && a.landmarks == b.landmarks && Equal(a.odometry_link, b.odometry_link) &&
          std::equal(a.sweeps.begin(), a.sweeps.end(), b.sweeps.begin(), b.sweeps.end(), same) &&
-         std::equal(a.laser_links.begin(), a.laser_links.end(), b.laser_links.begin(), b.laser_links.end(), same);
+         std::equal(a.laser_links.begin(), a.laser_links.end(), b.laser_links.begin(), b.laser_links.end(), same) &&
+         a.linked_by == b.linked_by;
 }
 
 bool Equal(const Landmark& a, const Landmark& b) {
@@ -251,7 +252,7 @@ bool Equal(const IdMap<IdType, Value>& a, const IdMap<IdType, Value>& b) {
 bool Equal(const Map& a, const Map& b) {
   return Equal(a.keyframes, b.keyframes) && Equal(a.landmarks, b.landmarks) &&
          a.next_keyframe_id == b.next_keyframe_id && a.next_landmark_id == b.next_landmark_id && a.metric == b.metric &&
-         a.octave_scales == b.octave_scales;
+         a.octave_scales == b.octave_scales && a.bases == b.bases && a.cameras == b.cameras;
 }
 
 }  // namespace planar_vslam::test

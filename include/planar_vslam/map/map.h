@@ -10,6 +10,7 @@
 #include "planar_vslam/feature/features.h"
 #include "planar_vslam/geometry/rigid3.h"
 #include "planar_vslam/map/id.h"
+#include "planar_vslam/map/keyframe_grid.h"
 #include "planar_vslam/planar/preintegration.h"
 #include "planar_vslam/sensor/measurements.h"
 #include "planar_vslam/sensor/timestamp.h"
@@ -41,6 +42,9 @@ struct Keyframe {
   std::vector<LaserSweep> sweeps = {};       // in the order they were added
   std::vector<MotionLink> laser_links = {};  // motion by matched sweeps, one an earlier keyframe, ascending
 
+  // Derived, kept by Apply(): the later keyframes that hold a link from this one, ascending.
+  std::vector<KeyframeId> linked_by = {};
+
   Rigid3 T_map_camera() const { return T_map_base * T_base_camera; }
 };
 
@@ -69,7 +73,13 @@ struct Map {
   std::uint32_t next_landmark_id = 0;
   bool metric = false;                // whether lengths are metres
   std::vector<double> octave_scales;  // scale factor per pyramid level of the extractor that made the features
+
+  // Derived, kept by Apply(): where the keyframes' bases and cameras stand.
+  KeyframeGrid bases, cameras;
 };
+
+// Makes anew what Apply() keeps of links and places, for a map whose keyframes came another way.
+void RebuildIndexes(Map* map);
 
 // The keyframes that share at least `min_shared` landmarks with `id`, most shared first, ties by smaller id.
 struct CovisibleKeyframe {
@@ -79,7 +89,7 @@ struct CovisibleKeyframe {
 std::vector<CovisibleKeyframe> CovisibleKeyframes(const Map& map, KeyframeId id, int min_shared);
 
 // Every broken invariant, one line each; empty for a sound map. Checks both directions of every reference, order,
-// sizes, finite numbers, odometry links to existing earlier keyframes.
+// sizes, finite numbers, odometry links to existing earlier keyframes, and that the indexes are those of the map.
 std::vector<std::string> Validate(const Map& map);
 
 }  // namespace planar_vslam
