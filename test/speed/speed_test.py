@@ -23,7 +23,7 @@ class Speed(unittest.TestCase):
         holder = tempfile.TemporaryDirectory(prefix='planar_vslam_speed_')
         cls.addClassCleanup(holder.cleanup)
         cls.folder = holder.name
-        done = call(EXECUTABLE, 'simulate', 'sample_lab', '--out', cls.folder + '/dev_lab', '--until', '6', '--quiet')
+        done = call(EXECUTABLE, 'simulate', 'sample_lab', '--out', cls.folder + '/dev_lab', '--until', '4', '--quiet')
         assert done.returncode == 0, done.stderr
 
     def run_speed(self, *arguments):
@@ -71,7 +71,7 @@ class Speed(unittest.TestCase):
             self.assertLess(r['largest_error_m'], 0.1)
             self.assertGreater(r['keyframe_ms']['count'], 0)
             self.assertGreater(r['bytes_a_keyframe'], 10000)
-        laps = json.loads(call(os.path.dirname(BENCH_ORB) + '/bench_laps', self.folder + '/dev_lab', '2.5').stdout)['laps']
+        laps = json.loads(call(os.path.dirname(BENCH_ORB) + '/bench_laps', self.folder + '/dev_lab', '1.5').stdout)['laps']
         self.assertEqual(len(laps), 3)
         self.assertGreater(laps[-1]['file_mib'], 0)
 
