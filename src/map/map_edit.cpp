@@ -6,6 +6,7 @@
 #include "derived_fields.h"
 #include "indexes.h"
 #include "planar_vslam/geometry/check.h"
+#include "sweeps.h"
 
 namespace planar_vslam {
 namespace {
@@ -207,13 +208,12 @@ void Editor::AddLaserLink(KeyframeId id, Keyframe* keyframe, const MotionLink& l
 }
 
 void Editor::RehomeSweeps(KeyframeId erased_id, const Keyframe& erased) {
-  if (map_.keyframes.size() < 2 || erased.sweeps.empty()) return;
-  const auto* before = map_.keyframes.Before(erased_id);
-  const KeyframeId home_id =
-      before != nullptr ? before->first : map_.keyframes.From(KeyframeId{erased_id.value + 1})->first;
-  Keyframe& home = map_.keyframes.Edit(home_id);
+  if (map_.keyframes.size() < 2) return;
+  const std::vector<LaserSweep> sweeps = ThinSweeps(&map_, erased_id);
+  if (sweeps.empty()) return;
+  Keyframe& home = map_.keyframes.Edit(HomeForSweeps(map_, erased_id));
   const Rigid2 T_home_from = ProjectToPlane(home.T_map_base).Inverse() * ProjectToPlane(erased.T_map_base);
-  for (LaserSweep sweep : erased.sweeps) {
+  for (LaserSweep sweep : sweeps) {
     sweep.T_keyframe_base = T_home_from * sweep.T_keyframe_base;
     home.sweeps.push_back(std::move(sweep));
   }

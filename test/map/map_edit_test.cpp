@@ -279,6 +279,7 @@ TEST_F(MapEditTest, SweepsOfAnErasedKeyframeStayWhereTheyWere) {
   for (const std::uint32_t erased : {2U, 0U}) {  // to the one before; the first's to the one after
     const Keyframe from = map_.keyframes.At(K(erased));
     const KeyframeId home = K(erased == 0 ? 1 : erased - 1);
+    Change({SetKeyframePose{home, from.T_map_base * Embed3(Rigid2(0.3, 0.0, 0.2))}});
     const std::size_t before = map_.keyframes.At(home).sweeps.size();
     const LaserSweep sweep = RandomSweep(generator_);
     Change({AddSweeps{K(erased), {sweep}}, EraseKeyframe{K(erased)}});
