@@ -31,31 +31,29 @@ Expected<LoopClosure> CloseLoopAt(const Map& snapshot, KeyframeId newest, const 
 
 }  // namespace
 
-LookBackOutcome LookBack(const Map& snapshot, KeyframeId newest, const MapperContext& context) {
+LookBackOutcome LookBack(const Map& snapshot, KeyframeId newest, const MapperContext& context, MapDrift* drift) {
   LookBackOutcome outcome;
   outcome.keyframe = newest;
   if (!snapshot.metric) return outcome;
   StageClock clock(&outcome.times);
-  const std::vector<MapTie> ties = TiesOf(snapshot, context.model);
+  drift->Follow(snapshot);
   clock.End("loop.ties");
-  const MapUncertainty uncertainty(snapshot, ties, context.systematic);
-  outcome.covariance = uncertainty.CovarianceOf(newest);
+  outcome.covariance = drift->CovarianceOfNewest();
   clock.End("loop.covariance");
-  const std::optional<Loop> loop = FindLoop(snapshot, newest, uncertainty, context.model, context.loop);
+  const std::optional<Loop> loop = FindLoop(snapshot, newest, *drift, context.model, context.loop);
   clock.End("loop.search");
   if (!loop.has_value()) return outcome;
 
-  Expected<LoopClosure> closed = CloseLoopAt(snapshot, newest, *loop, ties, context);
+  Expected<LoopClosure> closed = CloseLoopAt(snapshot, newest, *loop, drift->ties().All(), context);
   clock.End("loop.close");
   if (!closed.ok()) {
     outcome.failure = closed.error().message;
     return outcome;
   }
   outcome.closed = std::move(closed).value();
-  const Map& map = *outcome.closed->map;
-  const std::vector<MapTie> closed_ties = TiesOf(map, context.model);
+  drift->Follow(*outcome.closed->map);
   clock.End("loop.ties");
-  outcome.covariance = MapUncertainty(map, closed_ties, context.systematic).CovarianceOf(newest);
+  outcome.covariance = drift->CovarianceOfNewest();
   clock.End("loop.covariance");
   return outcome;
 }

@@ -41,7 +41,8 @@ MapEdit DropContradicted(const Map& map, const std::vector<MapTie>& ties) {
   MapEdit edit;
   for (const MapTie& tie : ties) {
     if (!tie.doubtful) continue;
-    const auto& [id, keyframe] = map.keyframes.EntryAt(tie.j);
+    const KeyframeId id = tie.to;
+    const Keyframe& keyframe = map.keyframes.At(id);
     const Rigid2 T_from_map = ProjectToPlane(map.keyframes.At(keyframe.odometry_link->from).T_map_base).Inverse();
     const Eigen::Vector3d e =
         LogSe2(keyframe.odometry_link->motion.T_i_j.Inverse() * T_from_map * ProjectToPlane(keyframe.T_map_base));

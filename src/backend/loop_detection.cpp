@@ -16,18 +16,18 @@ constexpr double kChi2ThreeDof99 = 11.345;  // chi-square, 3 dof, 99 %
 
 class LoopFinder {
  public:
-  LoopFinder(const Map& map, KeyframeId newest, const MapUncertainty& uncertainty, const MeasurementModel& context,
+  LoopFinder(const Map& map, KeyframeId newest, const MapDrift& drift, const MeasurementModel& context,
              const LoopOptions& options)
       : map_(map),
         newest_(newest),
         keyframe_(map.keyframes.At(newest)),
-        uncertainty_(uncertainty),
+        drift_(drift),
         context_(context),
         options_(options),
-        driven_(map) {}
+        driven_(drift.ties().driven()) {}
 
   std::optional<Loop> Find() const {
-    if (driven_.HasReturned(keyframe_)) return std::nullopt;
+    if (driven_.HasReturned(map_, keyframe_)) return std::nullopt;
     for (const KeyframeId candidate : Candidates()) {
       std::optional<Loop> loop = Try(candidate);
       if (loop.has_value()) return loop;
@@ -38,14 +38,13 @@ class LoopFinder {
  private:
   // Old keyframes in whose view the newest may stand, those that look most like it first.
   std::vector<KeyframeId> Candidates() const {
-    const Eigen::Matrix3d covariance = uncertainty_.CovarianceOf(newest_);
+    const Eigen::Matrix3d covariance = drift_.CovarianceOfNewest();
     const double distance =
         PlaceLimits::kReach + options_.sigma_factor * std::sqrt(covariance.topLeftCorner<2, 2>().trace());
     const double angle = std::min(PlaceLimits::kReachAngle + options_.sigma_factor * std::sqrt(covariance(2, 2)), M_PI);
     std::vector<KeyframeId> old =
         NearbyKeyframes(map_, keyframe_.T_map_camera(), distance, angle, map_.keyframes.size());
-    old.erase(std::remove_if(old.begin(), old.end(),
-                             [this](KeyframeId id) { return driven_.Between(id, newest_) <= DistanceDriven::kReturn; }),
+    old.erase(std::remove_if(old.begin(), old.end(), [this](KeyframeId id) { return !driven_.IsReturn(id, newest_); }),
               old.end());
     return PlaceIndex(map_, OldLandmarks(old)).Resembling(*keyframe_.features, PlaceLimits::kTried);
   }
@@ -83,7 +82,7 @@ class LoopFinder {
     constexpr double kOffsetAngle = DegreesToRadians(1.0);
     const Eigen::Vector3d e = LogSe2(ProjectToPlane(keyframe_.T_map_base).Inverse() * ProjectToPlane(T_map_base));
     Eigen::Matrix3d covariance =
-        options_.sigma_factor * options_.sigma_factor * uncertainty_.CovarianceBetween(old, newest_);
+        options_.sigma_factor * options_.sigma_factor * drift_.Uncertainty().CovarianceBetween(old, newest_);
     covariance.diagonal() += Eigen::Vector3d(kOffset, kOffset, kOffsetAngle).cwiseAbs2();
     return e.dot(covariance.ldlt().solve(e)) < kChi2ThreeDof99;
   }
@@ -109,18 +108,18 @@ class LoopFinder {
   const Map& map_;
   KeyframeId newest_;
   const Keyframe& keyframe_;
-  const MapUncertainty& uncertainty_;
+  const MapDrift& drift_;
   const MeasurementModel& context_;
   const LoopOptions& options_;
-  DistanceDriven driven_;
+  const DistanceDriven& driven_;
 };
 
 }  // namespace
 
-std::optional<Loop> FindLoop(const Map& map, KeyframeId newest, const MapUncertainty& uncertainty,
-                             const MeasurementModel& context, const LoopOptions& options) {
+std::optional<Loop> FindLoop(const Map& map, KeyframeId newest, const MapDrift& drift, const MeasurementModel& context,
+                             const LoopOptions& options) {
   if (!options.enabled) return std::nullopt;
-  return LoopFinder(map, newest, uncertainty, context, options).Find();
+  return LoopFinder(map, newest, drift, context, options).Find();
 }
 
 }  // namespace planar_vslam

@@ -1,28 +1,11 @@
 #include "planar_vslam/optimize/map_uncertainty.h"
 
+#include <utility>
+
+#include "tie_information.h"
+
 namespace planar_vslam {
 namespace {
-
-using Triplets = std::vector<Eigen::Triplet<double>>;
-
-// One tie's share of H. The systematic error of its source, if it has one, is the last column.
-void AddTie(const MapTie& tie, const Rigid2& T_j_i, std::size_t systematic_at, Triplets* entries) {
-  std::vector<std::size_t> columns = {3 * tie.i, 3 * tie.i + 1, 3 * tie.i + 2, 3 * tie.j, 3 * tie.j + 1, 3 * tie.j + 2};
-  Eigen::Matrix<double, 3, 7> J = Eigen::Matrix<double, 3, 7>::Zero();
-  J.leftCols<3>() = -AdjointSe2(T_j_i);
-  J.middleCols<3>(3).setIdentity();
-  if (tie.source != TieSource::kLandmarks) {
-    columns.push_back(systematic_at + static_cast<std::size_t>(tie.source));
-    J.rightCols<1>().head<2>() = T_j_i.translation;  // -R_i_j^T t_i_j
-  }
-  const Eigen::Matrix<double, 7, 7> H = J.transpose() * tie.covariance.inverse() * J;
-  for (std::size_t r = 0; r < columns.size(); ++r) {
-    for (std::size_t c = 0; c < columns.size(); ++c) {
-      entries->emplace_back(static_cast<int>(columns[r]), static_cast<int>(columns[c]),
-                            H(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c)));
-    }
-  }
-}
 
 Eigen::Matrix3d Symmetric(const Eigen::Matrix3d& block) { return 0.5 * (block + block.transpose()); }
 
@@ -30,17 +13,17 @@ Eigen::Matrix3d Symmetric(const Eigen::Matrix3d& block) { return 0.5 * (block + 
 
 MapUncertainty::MapUncertainty(const Map& map, const std::vector<MapTie>& ties, const SystematicErrors& systematic) {
   for (const auto& [id, keyframe] : map.keyframes) poses_.Insert(id, ProjectToPlane(keyframe.T_map_base));
-  const std::size_t systematic_at = 3 * poses_.size();
-  size_ = static_cast<Eigen::Index>(systematic_at + 2);
-  Triplets entries;
+  size_ = static_cast<Eigen::Index>(3 * poses_.size() + 2);
+  std::vector<Eigen::Index> at(map.next_keyframe_id);  // by id
+  Eigen::Index next = 0;
+  for (const auto& [id, pose] : poses_) at[id.value] = std::exchange(next, next + 3);
+  InformationEntries entries;
   for (const MapTie& tie : ties) {
-    const Rigid2 T_j_i = poses_.EntryAt(tie.j).second.Inverse() * poses_.EntryAt(tie.i).second;
-    AddTie(tie, T_j_i, systematic_at, &entries);
+    const Rigid2 T_to_from = poses_.At(tie.to).Inverse() * poses_.At(tie.from);
+    AddTieInformation(tie, T_to_from, at[tie.from.value], at[tie.to.value], next, &entries);
   }
-  constexpr double kFixed = 1e12, kLoose = 1e-6;  // a keyframe nothing ties is unknown, not an error
-  for (Eigen::Index k = 0; k < size_; ++k) entries.emplace_back(k, k, k < 3 ? kFixed : kLoose);
-  entries.emplace_back(size_ - 2, size_ - 2, 1.0 / (systematic.wheels * systematic.wheels));
-  entries.emplace_back(size_ - 1, size_ - 1, 1.0 / (systematic.laser * systematic.laser));
+  for (Eigen::Index k = 0; k < next; k += 3) AddPosePrior(k == 0, k, &entries);
+  AddSystematicPrior(systematic, next, &entries);
   Eigen::SparseMatrix<double> H(size_, size_);
   H.setFromTriplets(entries.begin(), entries.end());
   solver_.compute(H);

@@ -31,7 +31,10 @@ class PoseGraph {
     problem_.SetParameterBlockConstant(Block(0));
   }
 
-  void AddTie(const MapTie& tie) { Add(tie.i, tie.j, before_[tie.i].Inverse() * before_[tie.j], tie.covariance); }
+  void AddTie(const MapTie& tie) {
+    const std::size_t from = IndexOf(tie.from), to = IndexOf(tie.to);
+    Add(from, to, before_[from].Inverse() * before_[to], tie.covariance);
+  }
   void AddLoop(const LoopTie& loop) { Add(IndexOf(loop.from), IndexOf(loop.to), loop.T_from_to, loop.covariance); }
 
   // Everything from `first` on starts moved so that the loop is closed.
@@ -91,12 +94,12 @@ Expected<std::vector<std::pair<KeyframeId, Rigid3>>> SolvePoseGraph(const Map& m
   for (const MapTie& tie : ties) graph.AddTie(tie);
   for (const LoopTie& loop : loops) graph.AddLoop(loop);
   if (!loops.empty()) {
-    const std::size_t from = graph.IndexOf(loops.front().from), to = graph.IndexOf(loops.front().to);
-    std::size_t after_kidnap = 0;
+    const LoopTie& loop = loops.front();
+    KeyframeId after_kidnap{0};
     for (const MapTie& tie : ties) {
-      if (tie.doubtful && from < tie.j && tie.j <= to) after_kidnap = std::max(after_kidnap, tie.j);
+      if (tie.doubtful && loop.from < tie.to && !(loop.to < tie.to)) after_kidnap = std::max(after_kidnap, tie.to);
     }
-    if (after_kidnap > 0) graph.MoveFrom(after_kidnap, loops.front());
+    if (after_kidnap.value > 0) graph.MoveFrom(graph.IndexOf(after_kidnap), loop);
   }
   if (std::optional<Error> error = graph.Solve()) return *error;
   std::vector<std::pair<KeyframeId, Rigid3>> poses;

@@ -41,13 +41,16 @@ void AddBundle(const BundleSummary& bundle, MapChange* change) {
   change->times.insert(change->times.end(), bundle.times.begin(), bundle.times.end());
 }
 
-MapChange MapProposal(const Map& snapshot, const KeyframeProposal& proposal, const MapJobsContext& context) {
+MapChange MapProposal(const Map& snapshot, const KeyframeProposal& proposal, const MapJobsContext& context,
+                      bool assess_scale) {
   MappingOutcome outcome = MapKeyframe(snapshot, proposal, context.mapper);
   MapChange change;
-  const Stopwatch assessing;
-  change.scale = AssessScale(outcome.map, context.scale, context.mapper.systematic);
   change.times = std::move(outcome.report.times);
-  change.times.push_back({"map.assess_scale", assessing.Milliseconds()});
+  if (assess_scale) {
+    const Stopwatch assessing;
+    change.scale = AssessScale(outcome.map, context.scale, context.mapper.systematic);
+    change.times.push_back({"map.assess_scale", assessing.Milliseconds()});
+  }
   change.keyframe =
       MapChange::NewKeyframe{outcome.report.keyframe, proposal.keyframe.stamp, proposal.keyframe.T_map_base};
   change.keyframes_culled = std::move(outcome.report.keyframes_culled);
@@ -84,6 +87,7 @@ MeasurementModel WithIterations(MeasurementModel model, int max_iterations) {
 MapJobs::MapJobs(const MapJobsContext& context, std::shared_ptr<const Map> map, Schedule schedule)
     : context_(context),
       map_(std::move(map)),
+      drift_(context.mapper.model, context.mapper.systematic),
       searcher_(MakeExecutor(schedule, kSearcherNiceness)),
       writer_(MakeExecutor(schedule, kWriterNiceness)) {}
 
@@ -94,8 +98,19 @@ void MapJobs::Write(std::function<MapChange()> job, bool corrects) {
   writing_ = Writing{Submit(writer_.get(), std::move(job)), corrects};
 }
 
+// The scale of a metric map is assessed for those who read the report, at the cost of a look at the whole map: in a
+// large one not at every keyframe.
+bool MapJobs::MayAssessScale() {
+  constexpr std::size_t kAtEvery = 200;  // keyframes in the map, up to which it is at every new one
+  const std::size_t since = map_->next_keyframe_id - scale_assessed_at_;
+  if (map_->metric && since < map_->keyframes.size() / kAtEvery) return false;
+  scale_assessed_at_ = map_->next_keyframe_id;
+  return true;
+}
+
 void MapJobs::AddKeyframe(KeyframeProposal proposal) {
-  Write([this, snapshot = map_, proposal = std::move(proposal)] { return MapProposal(*snapshot, proposal, context_); },
+  Write([this, snapshot = map_, assess_scale = MayAssessScale(),
+         proposal = std::move(proposal)] { return MapProposal(*snapshot, proposal, context_, assess_scale); },
         false);
 }
 
@@ -175,9 +190,9 @@ MapJobs::Found MapJobs::Adjust(const std::shared_ptr<const Map>& snapshot, int m
   return found;
 }
 
-MapJobs::Found MapJobs::LookBackFrom(const std::shared_ptr<const Map>& snapshot) const {
+MapJobs::Found MapJobs::LookBackFrom(const std::shared_ptr<const Map>& snapshot) {
   const auto& [newest, keyframe] = *std::prev(snapshot->keyframes.end());
-  LookBackOutcome outcome = LookBack(*snapshot, newest, context_.mapper);
+  LookBackOutcome outcome = LookBack(*snapshot, newest, context_.mapper, &drift_);
   Found found;
   found.snapshot = snapshot;
   found.change.failure = std::move(outcome.failure);

@@ -27,6 +27,10 @@ class LookBackTest : public test::LoopTest {
   Eigen::Matrix3d CovarianceOf(const Map& map, KeyframeId id) const {
     return MapUncertainty(map, TiesOf(map, context_), test::kSystematic).CovarianceOf(id);
   }
+  LookBackOutcome LookBackFrom(const Map& map) const {
+    MapDrift drift(context_, test::kSystematic);
+    return LookBack(map, std::prev(map.keyframes.end())->first, mapper_, &drift);
+  }
   void ExpectHome(const Map& map, KeyframeId newest) const {
     for (int k = 0; k < kViews; ++k) {
       const KeyframeId id{newest.value - static_cast<std::uint32_t>(k)};
@@ -39,7 +43,7 @@ class LookBackTest : public test::LoopTest {
 
 TEST_F(LookBackTest, ClosesALoopAndTakesTheDriftOut) {
   const Driver driver = ComeBack(test::kDrift);
-  const LookBackOutcome outcome = LookBack(driver.map(), driver.newest(), mapper_);
+  const LookBackOutcome outcome = LookBackFrom(driver.map());
   EXPECT_EQ(outcome.keyframe, driver.newest());
   EXPECT_EQ(outcome.failure, "");
   ASSERT_TRUE(outcome.closed.has_value());
@@ -59,7 +63,7 @@ TEST_F(LookBackTest, ClosesALoopAndTakesTheDriftOut) {
 TEST_F(LookBackTest, AKidnappedRobotFindsHome) {
   KeyframeId kidnapped;
   const Driver driver = ComeBackKidnapped(test::kKidnapped, &kidnapped);
-  const LookBackOutcome outcome = LookBack(driver.map(), driver.newest(), mapper_);
+  const LookBackOutcome outcome = LookBackFrom(driver.map());
   ASSERT_TRUE(outcome.closed.has_value()) << outcome.failure;
   const Map& map = *outcome.closed->map;
   EXPECT_EQ(Validate(map), std::vector<std::string>{});
@@ -71,7 +75,7 @@ TEST_F(LookBackTest, AKidnappedRobotFindsHome) {
 TEST_F(LookBackTest, WithoutALoopItOnlyTellsTheCovariance) {
   Driver driver(world_);
   for (int k = 0; k < 4; ++k) driver.Drive(Rigid2(0.5, 0.0, 0.0), Blank());
-  const LookBackOutcome outcome = LookBack(driver.map(), driver.newest(), mapper_);
+  const LookBackOutcome outcome = LookBackFrom(driver.map());
   EXPECT_FALSE(outcome.closed.has_value());
   EXPECT_EQ(outcome.failure, "");
   EXPECT_TRUE(outcome.covariance.isApprox(CovarianceOf(driver.map(), driver.newest())));
@@ -80,7 +84,7 @@ TEST_F(LookBackTest, WithoutALoopItOnlyTellsTheCovariance) {
 TEST_F(LookBackTest, AMapThatIsNotMetricHasNoCovariance) {
   const Driver driver = ComeBack(test::kDrift);
   const Map map = Apply(driver.map(), {SetMetric{false}});
-  const LookBackOutcome outcome = LookBack(map, driver.newest(), mapper_);
+  const LookBackOutcome outcome = LookBackFrom(map);
   EXPECT_FALSE(outcome.closed.has_value());
   EXPECT_TRUE(outcome.covariance.isZero());
 }
@@ -88,7 +92,7 @@ TEST_F(LookBackTest, AMapThatIsNotMetricHasNoCovariance) {
 TEST_F(LookBackTest, ALoopWhoseAdjustmentFailsIsNotClosed) {
   const Driver driver = ComeBack(test::kDrift);
   const Map map = WithBrokenOdometry(driver.map(), KeyframeId{12});
-  const LookBackOutcome outcome = LookBack(map, driver.newest(), mapper_);
+  const LookBackOutcome outcome = LookBackFrom(map);
   EXPECT_FALSE(outcome.closed.has_value());
   EXPECT_EQ(outcome.failure.rfind("bundle adjustment: ", 0), 0u) << outcome.failure;
   EXPECT_TRUE(outcome.covariance.isApprox(CovarianceOf(map, driver.newest())));
@@ -97,7 +101,7 @@ TEST_F(LookBackTest, ALoopWhoseAdjustmentFailsIsNotClosed) {
 TEST_F(LookBackTest, ItsCorrectionLeadsFromTheSnapshotToTheClosedMap) {
   KeyframeId kidnapped;
   for (const Driver& driver : {ComeBack(test::kDrift), ComeBackKidnapped(test::kKidnapped, &kidnapped)}) {
-    const LookBackOutcome outcome = LookBack(driver.map(), driver.newest(), mapper_);
+    const LookBackOutcome outcome = LookBackFrom(driver.map());
     ASSERT_TRUE(outcome.closed.has_value());
     const Map rebased = Rebase(driver.map(), outcome.closed->correction);
     EXPECT_EQ(Validate(rebased), std::vector<std::string>{});
@@ -107,8 +111,7 @@ TEST_F(LookBackTest, ItsCorrectionLeadsFromTheSnapshotToTheClosedMap) {
 
 TEST_F(LookBackTest, GivesTheSameMapEveryTime) {
   const Driver driver = ComeBack(test::kDrift);
-  const LookBackOutcome a = LookBack(driver.map(), driver.newest(), mapper_),
-                        b = LookBack(driver.map(), driver.newest(), mapper_);
+  const LookBackOutcome a = LookBackFrom(driver.map()), b = LookBackFrom(driver.map());
   for (const auto& [id, landmark] : a.closed->map->landmarks) {
     EXPECT_EQ(landmark.p_map, b.closed->map->landmarks.At(id).p_map);
   }

@@ -91,8 +91,9 @@ TEST_F(LoopTest, APlaceThatIsJoinedAlreadyIsNoLoop) {
   const Expected<BentMap> bent = CloseLoop(driver.map(), *Find(driver), TiesOf(driver.map(), context_));
   ASSERT_TRUE(bent.ok()) << bent.error().message;
   const Map* closed = &bent->map;
-  const MapUncertainty uncertainty(*closed, TiesOf(*closed, context_), kSystematic);
-  EXPECT_FALSE(FindLoop(*closed, driver.newest(), uncertainty, context_, {}).has_value());
+  MapDrift drift(context_, kSystematic);
+  drift.Follow(*closed);
+  EXPECT_FALSE(FindLoop(*closed, driver.newest(), drift, context_, {}).has_value());
 }
 
 TEST_F(LoopTest, AKidnappedRobotFindsHomeAndItsWheelsAreNotBelieved) {

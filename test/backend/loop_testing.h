@@ -121,8 +121,9 @@ class LoopTest : public ::testing::Test {
     return driver;
   }
   std::optional<Loop> Find(const Driver& driver, const LoopOptions& options = {}) const {
-    const MapUncertainty uncertainty(driver.map(), TiesOf(driver.map(), context_), kSystematic);
-    return FindLoop(driver.map(), driver.newest(), uncertainty, context_, options);
+    MapDrift drift(context_, kSystematic);
+    drift.Follow(driver.map());
+    return FindLoop(driver.map(), driver.newest(), drift, context_, options);
   }
   static double Distance(const Rigid3& a, const Rigid3& b) { return (a.translation - b.translation).norm(); }
 

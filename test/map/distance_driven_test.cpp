@@ -51,10 +51,10 @@ TEST(DistanceDriven, AKeyframeHasReturnedWhenMostOfWhatItSeesWasSeenLongBefore) 
   Map map = Road(9);
   AddSeenBy({0, 1, 8}, 0, &map);                    // a return
   AddSeenBy({0, 1, 2, 3, 4, 5, 6, 7, 8}, 1, &map);  // seen all the while
-  EXPECT_FALSE(DistanceDriven(map).HasReturned(map.keyframes.At(KeyframeId{8})));
+  EXPECT_FALSE(DistanceDriven(map).HasReturned(map, map.keyframes.At(KeyframeId{8})));
   AddSeenBy({1, 2, 8}, 2, &map);
-  EXPECT_TRUE(DistanceDriven(map).HasReturned(map.keyframes.At(KeyframeId{8})));
-  EXPECT_FALSE(DistanceDriven(map).HasReturned(map.keyframes.At(KeyframeId{5})));
+  EXPECT_TRUE(DistanceDriven(map).HasReturned(map, map.keyframes.At(KeyframeId{8})));
+  EXPECT_FALSE(DistanceDriven(map).HasReturned(map, map.keyframes.At(KeyframeId{5})));
 }
 
 }  // namespace

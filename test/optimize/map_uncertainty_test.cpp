@@ -157,7 +157,7 @@ TEST(MapTies, AStepOfTheWheelsIntoQuiteAnotherViewIsDoubtful) {
   const Map carried = Kidnapped(world, 300);
   const std::vector<MapTie> ties = TiesOf(carried, world.Context());
   ASSERT_EQ(CountDoubtful(ties), 1u);
-  EXPECT_EQ(ties.back().j, carried.keyframes.size() - 1);
+  EXPECT_EQ(ties.back().to, std::prev(carried.keyframes.end())->first);
   EXPECT_GT(ties.back().covariance(0, 0), 1.0);
 }
 
@@ -211,7 +211,7 @@ TEST(MapTies, AFewLandmarksOfAnOldPlaceDoNotBringAPoseHome) {
   const auto ties_to_old_place = [&world](const Map& map) {
     const std::vector<MapTie> ties = TiesOf(map, world.Context());
     return std::count_if(ties.begin(), ties.end(), [&world](const MapTie& tie) {
-      return tie.source == TieSource::kLandmarks && tie.j == world.map.keyframes.size() && tie.i < tie.j;
+      return tie.source == TieSource::kLandmarks && tie.to.value == world.map.keyframes.size() && tie.from < tie.to;
     });
   };
   EXPECT_GT(ties_to_old_place(FarAway(world, 40, 10)), 0);

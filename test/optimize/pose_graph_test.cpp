@@ -32,7 +32,7 @@ Map Straight() {
 
 std::vector<MapTie> ChainTies() {
   std::vector<MapTie> ties;
-  for (std::size_t k = 1; k < kKeyframes; ++k) ties.push_back({k - 1, k, kTight, TieSource::kWheels});
+  for (std::size_t k = 1; k < kKeyframes; ++k) ties.push_back({Id(k - 1), Id(k), kTight, TieSource::kWheels});
   return ties;
 }
 
@@ -86,7 +86,7 @@ TEST(PoseGraph, KeepsHeightAndTilt) {
 TEST(PoseGraph, ADoubtfulTieTakesAllOfTheErrorHoweverLarge) {
   const Map map = Straight();
   std::vector<MapTie> ties = ChainTies();
-  ties[19] = {19, 20, kLoose, TieSource::kWheels, true};
+  ties[19] = {Id(19), Id(20), kLoose, TieSource::kWheels, true};
   LoopTie loop = Loop(map);
   loop.T_from_to = Rigid2(3.0, -4.0, 2.9) * loop.T_from_to;
   const auto poses = Solve(map, ties, {loop});

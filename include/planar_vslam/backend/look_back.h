@@ -34,7 +34,8 @@ struct LookBackOutcome {
 };
 
 // `newest` is the last keyframe of `snapshot`. In a map that is not metric there is nothing to see: covariance zero.
-LookBackOutcome LookBack(const Map& snapshot, KeyframeId newest, const MapperContext& context);
+// `drift` follows the map from one call to the next.
+LookBackOutcome LookBack(const Map& snapshot, KeyframeId newest, const MapperContext& context, MapDrift* drift);
 
 struct AdjustedMap {
   Map map;

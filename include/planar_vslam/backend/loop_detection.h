@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "planar_vslam/geometry/option_fields.h"
-#include "planar_vslam/optimize/map_uncertainty.h"
+#include "planar_vslam/optimize/map_drift.h"
 #include "planar_vslam/recognition/place_limits.h"
 #include "planar_vslam/recognition/projection_search.h"
 
@@ -53,8 +53,8 @@ struct Loop {
   std::vector<LoopView> views;  // the newest keyframe first, then those before it
 };
 
-// `newest` is the last keyframe of `map`, which is metric.
-std::optional<Loop> FindLoop(const Map& map, KeyframeId newest, const MapUncertainty& uncertainty,
-                             const MeasurementModel& context, const LoopOptions& options);
+// `newest` is the last keyframe of `map`, which is metric, and which `drift` has followed.
+std::optional<Loop> FindLoop(const Map& map, KeyframeId newest, const MapDrift& drift, const MeasurementModel& context,
+                             const LoopOptions& options);
 
 }  // namespace planar_vslam

@@ -64,16 +64,19 @@ class MapJobs {
     MapChange change;  // but for the map
   };
 
+  bool MayAssessScale();
   void Write(std::function<MapChange()> job, bool corrects);
   bool StartDue();
   void Search();
   void Take(Found found, std::vector<MapChange>* changes);
   Found Adjust(const std::shared_ptr<const Map>& snapshot, int max_iterations) const;
-  Found LookBackFrom(const std::shared_ptr<const Map>& snapshot) const;
+  Found LookBackFrom(const std::shared_ptr<const Map>& snapshot);
   MapChange Correct(const Found& found, const std::shared_ptr<const Map>& now) const;
 
   const MapJobsContext context_;
   std::shared_ptr<const Map> map_;
+  MapDrift drift_;                                   // the searcher's
+  std::uint32_t scale_assessed_at_ = 0;              // the next keyframe's id, then
   std::vector<std::shared_ptr<const Map>> retired_;  // big maps are taken apart on the writer's thread
   std::optional<Writing> writing_;
   std::optional<std::future<Found>> searching_;
