@@ -1,6 +1,6 @@
 #include "planar_vslam/backend/map_keyframe.h"
 
-#include <algorithm>
+#include <set>
 
 #include "planar_vslam/map/queries.h"
 #include "stages.h"
@@ -10,14 +10,9 @@ namespace {
 
 // The tracker worked on an older map: matches to landmarks that are gone since do not count.
 void DropMissingLandmarks(const Map& map, Keyframe* keyframe) {
-  std::vector<LandmarkId> seen;
+  std::set<LandmarkId> seen;
   for (LandmarkId& id : keyframe->landmarks) {
-    if (!id.valid()) continue;
-    if (!map.landmarks.Contains(id) || std::find(seen.begin(), seen.end(), id) != seen.end()) {
-      id = LandmarkId{};
-    } else {
-      seen.push_back(id);
-    }
+    if (id.valid() && (!map.landmarks.Contains(id) || !seen.insert(id).second)) id = LandmarkId{};
   }
 }
 
@@ -48,13 +43,10 @@ MapEdit Arrival(const Map& map, KeyframeId id, const KeyframeProposal& proposal)
 
 int Triangulate(Map* map, KeyframeId id, const MapperContext& context) {
   const MapperOptions& o = context.options;
-  int triangulated = 0;
-  for (const KeyframeId neighbor : Neighbors(*map, id, o.triangulation_neighbors, o.link_neighbors, o.min_shared)) {
-    const MapEdit edit = TriangulateWith(*map, id, neighbor, context);
-    triangulated += static_cast<int>(edit.size());
-    *map = Apply(std::move(*map), edit);
-  }
-  return triangulated;
+  const MapEdit edit = TriangulateWith(
+      *map, id, Neighbors(*map, id, o.triangulation_neighbors, o.link_neighbors, o.min_shared), context);
+  *map = Apply(std::move(*map), edit);
+  return static_cast<int>(edit.size());
 }
 
 }  // namespace

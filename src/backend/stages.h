@@ -17,7 +17,9 @@ std::vector<KeyframeId> WithNearby(const Map& map, KeyframeId id, std::vector<Ke
 // oldest one that stood nearby.
 MapEdit LinkByLaser(const Map& map, KeyframeId newest, const ScanMatchOptions& options);
 MapEdit CullRecentLandmarks(const Map& map, KeyframeId newest, const MapperOptions& options);
-MapEdit TriangulateWith(const Map& map, KeyframeId newest, KeyframeId neighbor, const MapperContext& context);
+// New landmarks of the newest keyframe with each of `neighbors`, one after the other; a keypoint makes one at most.
+MapEdit TriangulateWith(const Map& map, KeyframeId newest, const std::vector<KeyframeId>& neighbors,
+                        const MapperContext& context);
 // Projects `landmarks` into `target`: a free keypoint gains the observation, a taken one merges the two landmarks.
 MapEdit FuseInto(const Map& map, const std::vector<LandmarkId>& landmarks, KeyframeId target,
                  const MapperContext& context);

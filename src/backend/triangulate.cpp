@@ -2,6 +2,8 @@
 #include <cmath>
 #include <utility>
 
+#include "planar_vslam/feature/hamming.h"
+#include "planar_vslam/feature/line_search.h"
 #include "planar_vslam/feature/matching.h"
 #include "planar_vslam/geometry/median.h"
 #include "planar_vslam/geometry/triangulation.h"
@@ -59,41 +61,45 @@ Eigen::Matrix3d FundamentalMatrix(const View& a, const View& b) {
   return K_inverse.transpose() * Skew(T_b_a.translation) * T_b_a.R() * K_inverse;
 }
 
-// A keypoint as the search along an epipolar line asks for it.
-struct EpipolarCandidate {
-  Eigen::Vector2f pixel;
-  float squared_limit;  // px^2, of its distance from the line
-  int keypoint;
-};
-std::vector<EpipolarCandidate> UnmatchedCandidates(const View& view) {
-  std::vector<EpipolarCandidate> candidates;
-  candidates.reserve(view.unmatched.size());
-  for (const int j : view.unmatched) {
-    const Keypoint& k = view.keypoint(j);
-    const double sigma = view.sigma(k);
-    candidates.push_back({k.pixel, static_cast<float>(kChi2OneDof95 * sigma * sigma), j});
+// How far a keypoint of each octave may lie from the epipolar line of its twin, px^2.
+std::vector<float> SquaredReaches(const View& view) {
+  std::vector<float> reaches;
+  reaches.reserve(view.sigmas.size());
+  for (const double sigma : view.sigmas) reaches.push_back(static_cast<float>(kChi2OneDof95 * sigma * sigma));
+  return reaches;
+}
+
+// The nearest of `candidates`, the smaller index on ties; none beyond `max_distance`. `distances` is scratch.
+FeatureMatch NearestOf(const Descriptor& query, const std::vector<Descriptor>& descriptors,
+                       const std::vector<int>& candidates, int max_distance, std::vector<int>* distances) {
+  HammingDistances(query, descriptors, candidates, distances);
+  FeatureMatch best{-1, -1, max_distance + 1};
+  for (std::size_t k = 0; k < candidates.size(); ++k) {
+    const int distance = (*distances)[k];
+    if (distance < best.distance || (distance == best.distance && candidates[k] < best.second)) {
+      best.second = candidates[k];
+      best.distance = distance;
+    }
   }
-  return candidates;
+  return best;
 }
 
 // Best unmatched keypoint of `b` near the epipolar line of keypoint `i` of `a`; one-to-one by smaller distance.
 std::vector<FeatureMatch> MatchAlongEpipolarLines(const View& a, const View& b, int max_distance) {
   const Eigen::Matrix3d F = FundamentalMatrix(a, b);
-  const std::vector<EpipolarCandidate> candidates = UnmatchedCandidates(b);
-  std::vector<FeatureMatch> best_of_b(b.keyframe.features->keypoints.size());
+  const FrameFeatures& features = *b.keyframe.features;
+  const LineSearch search(features.keypoints, b.unmatched, SquaredReaches(b));
+  std::vector<FeatureMatch> best_of_b(features.keypoints.size());
+  std::vector<int> candidates, distances;
   for (const int i : a.unmatched) {
     const Eigen::Vector2f& u = a.keypoint(i).pixel;
     const Eigen::Vector3f line = (F * Eigen::Vector3d(u.x(), u.y(), 1.0)).cast<float>();
-    const float norm = line.head<2>().squaredNorm();
-    if (norm <= 0.0F) continue;
-    FeatureMatch best{i, -1, max_distance + 1};
-    for (const EpipolarCandidate& c : candidates) {
-      const float distance = line.x() * c.pixel.x() + line.y() * c.pixel.y() + line.z();
-      if (distance * distance > c.squared_limit * norm) continue;
-      const int bits = HammingDistance(a.descriptor(i), b.descriptor(c.keypoint));
-      if (bits < best.distance) best = {i, c.keypoint, bits};
-    }
+    if (line.head<2>().squaredNorm() <= 0.0F) continue;
+    candidates.clear();
+    search.Find(line, &candidates);
+    FeatureMatch best = NearestOf(a.descriptor(i), features.descriptors, candidates, max_distance, &distances);
     if (best.second < 0) continue;
+    best.first = i;
     FeatureMatch& holder = best_of_b[static_cast<std::size_t>(best.second)];
     if (holder.second < 0 || best.distance < holder.distance) holder = best;
   }
@@ -103,6 +109,12 @@ std::vector<FeatureMatch> MatchAlongEpipolarLines(const View& a, const View& b, 
   }
   KeepConsistentRotation(*a.keyframe.features, *b.keyframe.features, &matches);
   return matches;
+}
+
+// Whether the point that two rays, both in one frame, come closest to may have the parallax: about their angle.
+bool MayHaveParallax(const Eigen::Vector3d& ray_a, const Eigen::Vector3d& ray_b, double min_parallax) {
+  constexpr double kShare = 0.8;
+  return ray_a.dot(ray_b) <= std::cos(kShare * min_parallax) * ray_a.norm() * ray_b.norm();
 }
 
 bool ScaleAgrees(const View& a, const View& b, const Keypoint& ka, const Keypoint& kb, const Eigen::Vector3d& p_map) {
@@ -115,35 +127,53 @@ bool ScaleAgrees(const View& a, const View& b, const Keypoint& ka, const Keypoin
   return ratio < slack && ratio > 1.0 / slack;
 }
 
+bool HasBaseline(const Map& map, const View& a, const View& b, double min_ratio) {
+  const double baseline = (a.T_map_camera.translation - b.T_map_camera.translation).norm();
+  return baseline > 0.0 && baseline >= min_ratio * MedianLandmarkDepth(map, b);
+}
+
+// The point that both keypoints show, in the map, if they can show one.
+std::optional<Eigen::Vector3d> Triangulate(const View& a, const View& b, const Rigid3& T_a_b, const FeatureMatch& match,
+                                           double min_parallax) {
+  const Keypoint &ka = a.keypoint(match.first), &kb = b.keypoint(match.second);
+  const Eigen::Vector3d ray_a = a.camera.Ray(ka.pixel.cast<double>()), ray_b = b.camera.Ray(kb.pixel.cast<double>());
+  if (!MayHaveParallax(ray_a, T_a_b.rotation * ray_b, min_parallax)) return std::nullopt;
+  const std::optional<Eigen::Vector3d> p_a = TriangulateTwoRays(ray_a, ray_b, T_a_b);
+  if (!p_a.has_value()) return std::nullopt;
+  const Eigen::Vector3d p_map = a.T_map_camera * *p_a;
+  if (ParallaxAngle(p_map, a.T_map_camera.translation, b.T_map_camera.translation) < min_parallax) return std::nullopt;
+  if (!a.Sees(p_map, ka) || !b.Sees(p_map, kb) || !ScaleAgrees(a, b, ka, kb, p_map)) return std::nullopt;
+  return p_map;
+}
+
 }  // namespace
 
-MapEdit TriangulateWith(const Map& map, KeyframeId newest, KeyframeId neighbor, const MapperContext& context) {
+MapEdit TriangulateWith(const Map& map, KeyframeId newest, const std::vector<KeyframeId>& neighbors,
+                        const MapperContext& context) {
   const MapperOptions& o = context.options;
-  const View a(map, map.keyframes.At(newest), context.model.camera, context.model.pixel_sigma);
-  const View b(map, map.keyframes.At(neighbor), context.model.camera, context.model.pixel_sigma);
-  const double baseline = (a.T_map_camera.translation - b.T_map_camera.translation).norm();
-  const double depth = MedianLandmarkDepth(map, b);
-  if (baseline <= 0.0 || baseline < o.min_baseline_ratio * depth) return {};
-
+  View a(map, map.keyframes.At(newest), context.model.camera, context.model.pixel_sigma);
   MapEdit edit;
   std::uint32_t next = map.next_landmark_id;
-  const Rigid3 T_a_b = a.T_camera_map * b.T_map_camera;
-  for (const FeatureMatch& m : MatchAlongEpipolarLines(a, b, o.max_descriptor_distance)) {
-    const Keypoint &ka = a.keypoint(m.first), &kb = b.keypoint(m.second);
-    const Eigen::Vector3d ray_a = a.camera.Ray(ka.pixel.cast<double>()), ray_b = b.camera.Ray(kb.pixel.cast<double>());
-    const std::optional<Eigen::Vector3d> p_a = TriangulateTwoRays(ray_a, ray_b, T_a_b);
-    if (!p_a.has_value()) continue;
-    const Eigen::Vector3d p_map = a.T_map_camera * *p_a;
-    if (ParallaxAngle(p_map, a.T_map_camera.translation, b.T_map_camera.translation) < o.min_parallax) continue;
-    if (!a.Sees(p_map, ka) || !b.Sees(p_map, kb) || !ScaleAgrees(a, b, ka, kb, p_map)) continue;
-    Landmark landmark;
-    landmark.p_map = p_map;
-    landmark.observations = {{neighbor, static_cast<std::uint32_t>(m.second)},
-                             {newest, static_cast<std::uint32_t>(m.first)}};
-    std::sort(landmark.observations.begin(), landmark.observations.end(),
-              [](const Observation& x, const Observation& y) { return x.keyframe < y.keyframe; });
-    landmark.created_by = newest;
-    edit.emplace_back(AddLandmark{LandmarkId{next++}, landmark});
+  std::vector<bool> taken(a.keyframe.landmarks.size(), false);
+  for (const KeyframeId neighbor : neighbors) {
+    const View b(map, map.keyframes.At(neighbor), context.model.camera, context.model.pixel_sigma);
+    if (!HasBaseline(map, a, b, o.min_baseline_ratio)) continue;
+    const Rigid3 T_a_b = a.T_camera_map * b.T_map_camera;
+    for (const FeatureMatch& m : MatchAlongEpipolarLines(a, b, o.max_descriptor_distance)) {
+      const std::optional<Eigen::Vector3d> p_map = Triangulate(a, b, T_a_b, m, o.min_parallax);
+      if (!p_map.has_value()) continue;
+      Landmark landmark;
+      landmark.p_map = *p_map;
+      landmark.observations = {{neighbor, static_cast<std::uint32_t>(m.second)},
+                               {newest, static_cast<std::uint32_t>(m.first)}};
+      std::sort(landmark.observations.begin(), landmark.observations.end(),
+                [](const Observation& x, const Observation& y) { return x.keyframe < y.keyframe; });
+      landmark.created_by = newest;
+      edit.emplace_back(AddLandmark{LandmarkId{next++}, std::move(landmark)});
+      taken[static_cast<std::size_t>(m.first)] = true;
+    }
+    const auto is_taken = [&taken](int i) { return taken[static_cast<std::size_t>(i)]; };
+    a.unmatched.erase(std::remove_if(a.unmatched.begin(), a.unmatched.end(), is_taken), a.unmatched.end());
   }
   return edit;
 }

@@ -1,4 +1,4 @@
-#include "hamming.h"
+#include "planar_vslam/feature/hamming.h"
 
 namespace planar_vslam {
 namespace {

@@ -6,7 +6,7 @@
 #include <limits>
 #include <numeric>
 
-#include "hamming.h"
+#include "planar_vslam/feature/hamming.h"
 #include "planar_vslam/geometry/check.h"
 
 namespace planar_vslam {
