@@ -20,18 +20,22 @@ bool SeenElsewhere(const Map& map, const Landmark& landmark, KeyframeId keyframe
   return false;
 }
 
+// Whether more than `redundancy` of the landmarks are seen elsewhere too; settled as soon as too many are not.
 bool IsRedundant(const Map& map, KeyframeId id, const Keyframe& keyframe, double redundancy) {
-  int counted = 0, redundant = 0;
+  const auto counted = std::count_if(keyframe.landmarks.begin(), keyframe.landmarks.end(),
+                                     [](LandmarkId landmark) { return landmark.valid(); });
+  auto redundant = counted;  // at most
   for (std::size_t i = 0; i < keyframe.landmarks.size(); ++i) {
     if (!keyframe.landmarks[i].valid()) continue;
     const Landmark& landmark = map.landmarks.At(keyframe.landmarks[i]);
-    ++counted;
     if (landmark.observations.size() > kOtherObservers &&
         SeenElsewhere(map, landmark, id, keyframe.features->keypoints[i].octave)) {
-      ++redundant;
+      continue;
     }
+    --redundant;
+    if (static_cast<double>(redundant) <= redundancy * static_cast<double>(counted)) return false;
   }
-  return counted > 0 && redundant > redundancy * counted;
+  return static_cast<double>(redundant) > redundancy * static_cast<double>(counted);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "planar_vslam/feature/hamming.h"
 #include "planar_vslam/map/predicted_view.h"
 #include "planar_vslam/map/queries.h"
 #include "stages.h"
@@ -9,28 +10,30 @@ namespace {
 
 constexpr double kChi2TwoDof95 = 5.991;  // chi-square, 2 dof, 95 %
 
+// Memory of FindKeypoint, kept from one landmark to the next.
+struct Scratch {
+  std::vector<int> indices, distances;
+};
+
 // The keypoint of `target` that shows the landmark, or -1.
 int FindKeypoint(const Map& map, const Landmark& landmark, const PredictedView& view, const FrameFeatures& features,
-                 const MapperContext& context, std::vector<int>* indices) {
+                 const MapperContext& context, Scratch* scratch) {
+  auto& [indices, distances] = *scratch;
   const double scale = map.octave_scales[static_cast<std::size_t>(view.octave)];
   const int last_octave = static_cast<int>(map.octave_scales.size()) - 1;
-  indices->clear();
+  indices.clear();
   features.grid.Search(features.keypoints, view.pixel, static_cast<float>(context.options.fusion_radius * scale),
-                       std::max(0, view.octave - 1), std::min(last_octave, view.octave + 1), indices);
-  int best = context.options.max_descriptor_distance + 1, found = -1;
-  for (const int index : *indices) {
-    const auto i = static_cast<std::size_t>(index);
-    const Keypoint& keypoint = features.keypoints[i];
+                       std::max(0, view.octave - 1), std::min(last_octave, view.octave + 1), &indices);
+  const auto is_off = [&](int index) {
+    const Keypoint& keypoint = features.keypoints[static_cast<std::size_t>(index)];
     const double sigma = context.model.pixel_sigma * map.octave_scales[static_cast<std::size_t>(keypoint.octave)];
-    const double error = (keypoint.pixel - view.pixel).cast<double>().squaredNorm();
-    if (error > kChi2TwoDof95 * sigma * sigma) continue;
-    const int distance = HammingDistance(landmark.descriptor, features.descriptors[i]);
-    if (distance < best) {
-      best = distance;
-      found = index;
-    }
-  }
-  return found;
+    return (keypoint.pixel - view.pixel).cast<double>().squaredNorm() > kChi2TwoDof95 * sigma * sigma;
+  };
+  indices.erase(std::remove_if(indices.begin(), indices.end(), is_off), indices.end());
+  HammingDistances(landmark.descriptor, features.descriptors, indices, &distances);
+  const auto best = std::min_element(distances.begin(), distances.end());
+  if (best == distances.end() || *best > context.options.max_descriptor_distance) return -1;
+  return indices[static_cast<std::size_t>(best - distances.begin())];
 }
 
 bool SeenBy(const Landmark& landmark, KeyframeId keyframe) {
@@ -45,14 +48,14 @@ MapEdit FuseInto(const Map& map, const std::vector<LandmarkId>& landmarks, Keyfr
   const Keyframe& keyframe = map.keyframes.At(target);
   const Rigid3 T_map_camera = keyframe.T_map_camera();
   MapEdit edit;
-  std::vector<int> indices;
+  Scratch scratch;
   std::vector<LandmarkId> merged;  // a landmark takes part in one merge an edit
   for (const LandmarkId id : landmarks) {
     const Landmark* landmark = map.landmarks.Find(id);
     PredictedView view;
     if (landmark == nullptr || SeenBy(*landmark, target)) continue;
     if (!PredictView(*landmark, T_map_camera, context.model.camera, map.octave_scales, &view)) continue;
-    const int keypoint = FindKeypoint(map, *landmark, view, *keyframe.features, context, &indices);
+    const int keypoint = FindKeypoint(map, *landmark, view, *keyframe.features, context, &scratch);
     if (keypoint < 0) continue;
     const LandmarkId holder = keyframe.landmarks[static_cast<std::size_t>(keypoint)];
     if (!holder.valid()) {

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <limits>
+#include <numeric>
 
+#include "planar_vslam/feature/hamming.h"
 #include "planar_vslam/geometry/check.h"
 
 namespace planar_vslam {
@@ -29,25 +31,18 @@ Descriptor MedoidDescriptor(const std::vector<Descriptor>& descriptors) {
   const std::size_t n = descriptors.size();
   PV_CHECK(n > 0, "a landmark without observations has no descriptor");
   if (n <= 2) return descriptors.front();
-  std::vector<int> distances(n * n, 0);
-  for (std::size_t i = 0; i < n; ++i) {
-    for (std::size_t j = i + 1; j < n; ++j) {
-      distances[i * n + j] = distances[j * n + i] = HammingDistance(descriptors[i], descriptors[j]);
-    }
-  }
   std::size_t best = 0;
   int best_median = std::numeric_limits<int>::max();
-  std::vector<int> others;
+  std::vector<int> others(n - 1), distances;
+  std::iota(others.begin(), others.end(), 1);  // all but the first; then all but the next
   for (std::size_t i = 0; i < n; ++i) {
-    others.clear();
-    for (std::size_t j = 0; j < n; ++j) {
-      if (j != i) others.push_back(distances[i * n + j]);
-    }
-    const int median = TwiceMedian(&others);
+    HammingDistances(descriptors[i], descriptors, others, &distances);
+    const int median = TwiceMedian(&distances);
     if (median < best_median) {
       best = i;
       best_median = median;
     }
+    if (i < others.size()) others[i] = static_cast<int>(i);
   }
   return descriptors[best];
 }

@@ -1,18 +1,20 @@
 #include "planar_vslam/map/predicted_view.h"
 
-#include <algorithm>
-#include <cmath>
-
 namespace planar_vslam {
 namespace {
 
 constexpr double kMinCosViewAngle = 0.5;  // 60 degrees from the mean viewing direction
 constexpr double kDistanceSlack = 1.25;   // of the scale-invariance distances
 
+// The first octave whose scale makes up for how much nearer the landmark is than max_distance, where octave 0 shows it.
 int PredictOctave(const Landmark& landmark, double distance, const std::vector<double>& scales) {
-  const double log_ratio = std::log(landmark.max_distance / distance) / std::log(scales.size() > 1 ? scales[1] : 2.0);
-  const int octave = static_cast<int>(std::ceil(log_ratio - 1e-9));
-  return std::clamp(octave, 0, static_cast<int>(scales.size()) - 1);
+  constexpr double kRounding = 1.0 + 1e-10;  // a landmark at exactly the distance of an octave belongs to it
+  const double ratio = landmark.max_distance / distance;
+  int octave = 0;
+  for (const int last = static_cast<int>(scales.size()) - 1; octave < last; ++octave) {
+    if (ratio <= scales[static_cast<std::size_t>(octave)] * kRounding) break;
+  }
+  return octave;
 }
 
 }  // namespace

@@ -7,6 +7,27 @@
 #include "planar_vslam/geometry/median.h"
 
 namespace planar_vslam {
+namespace {
+
+// Through one bit an id between the smallest and the largest: there are many times more ids than different ones.
+std::vector<LandmarkId> SortedUnique(const std::vector<LandmarkId>& ids) {
+  if (ids.empty()) return {};
+  const auto [least, most] = std::minmax_element(ids.begin(), ids.end());
+  constexpr std::uint32_t kBits = 64;
+  const std::uint32_t first = least->value;
+  std::vector<std::uint64_t> words((most->value - first) / kBits + 1, 0);
+  for (const LandmarkId id : ids) words[(id.value - first) / kBits] |= std::uint64_t{1} << ((id.value - first) % kBits);
+  std::vector<LandmarkId> sorted;
+  for (std::size_t w = 0; w < words.size(); ++w) {
+    for (std::uint64_t word = words[w]; word != 0; word &= word - 1) {
+      const auto bit = static_cast<std::uint32_t>(__builtin_ctzll(word));
+      sorted.push_back(LandmarkId{first + static_cast<std::uint32_t>(w) * kBits + bit});
+    }
+  }
+  return sorted;
+}
+
+}  // namespace
 
 std::vector<LandmarkId> ValidOnly(const std::vector<LandmarkId>& ids) {
   std::vector<LandmarkId> valid;
@@ -15,21 +36,18 @@ std::vector<LandmarkId> ValidOnly(const std::vector<LandmarkId>& ids) {
 }
 
 std::vector<LandmarkId> LandmarksOf(const Map& map, const std::vector<KeyframeId>& keyframes) {
-  // A bit an id: cheaper than sorting, for many keyframes see the same.
-  std::vector<std::uint64_t> seen(map.next_landmark_id / 64 + 1, 0);
+  std::size_t most = 0;
+  for (const KeyframeId keyframe : keyframes) most += map.keyframes.At(keyframe).landmarks.size();
+  std::vector<LandmarkId> ids(most);
+  std::size_t count = 0;
   for (const KeyframeId keyframe : keyframes) {
-    for (const LandmarkId id : map.keyframes.At(keyframe).landmarks) {
-      if (id.valid()) seen[id.value / 64] |= std::uint64_t{1} << (id.value % 64);
+    for (const LandmarkId id : map.keyframes.At(keyframe).landmarks) {  // without a branch that nothing predicts
+      ids[count] = id;
+      count += id.valid() ? 1 : 0;
     }
   }
-  std::vector<LandmarkId> ids;
-  for (std::size_t word = 0; word < seen.size(); ++word) {
-    for (std::uint64_t bits = seen[word]; bits != 0; bits &= bits - 1) {
-      ids.push_back(
-          LandmarkId{static_cast<std::uint32_t>(64 * word) + static_cast<std::uint32_t>(__builtin_ctzll(bits))});
-    }
-  }
-  return ids;
+  ids.resize(count);
+  return SortedUnique(ids);
 }
 
 int CountWellObserved(const Map& map, const std::vector<LandmarkId>& ids) {
@@ -75,8 +93,8 @@ std::vector<KeyframeId> NearbyKeyframes(const Map& map, const Rigid3& T_map_came
                                         std::size_t limit) {
   std::vector<std::pair<double, KeyframeId>> near;
   const Eigen::Vector3d axis = T_map_camera.rotation * Eigen::Vector3d::UnitZ();
-  for (const KeyframeId id : map.cameras.Around(T_map_camera.translation, distance)) {
-    const Rigid3 T = map.keyframes.At(id).T_map_camera();
+  for (const auto& [id, keyframe] : map.keyframes) {
+    const Rigid3 T = keyframe.T_map_camera();
     const double d = (T.translation - T_map_camera.translation).norm();
     if (d <= distance && axis.dot(T.rotation * Eigen::Vector3d::UnitZ()) >= std::cos(angle)) near.emplace_back(d, id);
   }

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "planar_vslam/feature/hamming.h"
+
 namespace planar_vslam {
 namespace {
 
@@ -14,20 +16,20 @@ struct BestTwo {
   int index = -1;
 };
 
+// `distances` is scratch.
 BestTwo FindBestTwo(const Landmark& landmark, const FrameFeatures& features, const std::vector<int>& indices,
-                    const std::vector<LandmarkId>& taken) {
+                    std::vector<int>* distances) {
+  HammingDistances(landmark.descriptor, features.descriptors, indices, distances);
   BestTwo two;
-  for (const int index : indices) {
-    const auto i = static_cast<std::size_t>(index);
-    if (taken[i].valid()) continue;
-    const int distance = HammingDistance(landmark.descriptor, features.descriptors[i]);
-    const int octave = features.keypoints[i].octave;
+  for (std::size_t k = 0; k < indices.size(); ++k) {
+    const int distance = (*distances)[k];
+    const int octave = features.keypoints[static_cast<std::size_t>(indices[k])].octave;
     if (distance < two.best) {
       two.second = two.best;
       two.second_octave = two.best_octave;
       two.best = distance;
       two.best_octave = octave;
-      two.index = index;
+      two.index = indices[k];
     } else if (distance < two.second) {
       two.second = distance;
       two.second_octave = octave;
@@ -47,7 +49,8 @@ void SearchByProjection(const Map& map, const std::vector<LandmarkId>& candidate
     if (id.valid()) already.push_back(id);
   }
   std::sort(already.begin(), already.end());
-  std::vector<int> indices;
+  std::vector<int> indices, distances;
+  const auto is_taken = [matches](int i) { return matches->landmarks[static_cast<std::size_t>(i)].valid(); };
   const auto last_octave = static_cast<int>(map.octave_scales.size()) - 1;
   for (const LandmarkId id : candidates) {
     const Landmark* landmark = map.landmarks.Find(id);
@@ -60,7 +63,8 @@ void SearchByProjection(const Map& map, const std::vector<LandmarkId>& candidate
     indices.clear();
     features.grid.Search(features.keypoints, view.pixel, static_cast<float>(radius), std::max(0, view.octave - 1),
                          std::min(last_octave, view.octave + 1), &indices);
-    const BestTwo two = FindBestTwo(*landmark, features, indices, matches->landmarks);
+    indices.erase(std::remove_if(indices.begin(), indices.end(), is_taken), indices.end());
+    const BestTwo two = FindBestTwo(*landmark, features, indices, &distances);
     if (two.index < 0 || two.best > options.max_distance) continue;
     if (two.best_octave == two.second_octave && two.best > options.ratio * two.second) continue;
     matches->landmarks[static_cast<std::size_t>(two.index)] = id;

@@ -57,6 +57,26 @@ TEST_F(QueriesTest, LandmarksOfIsAnAscendingUnion) {
   EXPECT_TRUE(std::equal(ids.begin(), ids.end(), expected.begin(), expected.end()));
 }
 
+TEST_F(QueriesTest, LandmarksOfSpansIdsFarApart) {
+  const LandmarkId far{world_.map.next_landmark_id + 1000000};
+  Landmark landmark;
+  landmark.p_map = world_.true_points.front();
+  MapEdit edit;
+  const LandmarkId first = LandmarksOf(world_.map, {KeyframeId{1}}).front();
+  edit.emplace_back(EraseLandmarks{{first}});
+  const Map map = Apply(world_.map, edit);
+  const std::vector<LandmarkId>& seen = map.keyframes.At(KeyframeId{1}).landmarks;
+  const auto keypoint = static_cast<std::uint32_t>(
+      std::find_if(seen.begin(), seen.end(), [](LandmarkId id) { return !id.valid(); }) - seen.begin());
+  landmark.observations = {{KeyframeId{1}, keypoint}};
+  landmark.created_by = KeyframeId{1};
+  const std::vector<LandmarkId> ids = LandmarksOf(Apply(map, {AddLandmark{far, landmark}}), {KeyframeId{1}});
+  EXPECT_TRUE(std::is_sorted(ids.begin(), ids.end()));
+  EXPECT_EQ(ids.back(), far);
+  EXPECT_EQ(ids.size(), LandmarksOf(world_.map, {KeyframeId{1}}).size());
+  EXPECT_TRUE(LandmarksOf(world_.map, {}).empty());
+}
+
 TEST_F(QueriesTest, ValidOnlyKeepsTheOrder) {
   const std::vector<LandmarkId> ids{LandmarkId{7}, LandmarkId{}, LandmarkId{2}, LandmarkId{}};
   EXPECT_EQ(ValidOnly(ids), (std::vector<LandmarkId>{LandmarkId{7}, LandmarkId{2}}));
