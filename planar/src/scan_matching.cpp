@@ -4,7 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <numeric>
 #include <utility>
 
 namespace planar_vslam {
@@ -66,36 +66,71 @@ ScanSurface SurfaceAt(const std::vector<Eigen::Vector2d>& points, std::size_t i,
 // Reference points in square buckets, for the nearest one within a bucket's size.
 class PointGrid {
  public:
-  PointGrid(const PreparedScan& scan, double cell) : scan_(scan), cell_(cell) {
-    for (std::size_t i = 0; i < scan.points.size(); ++i) entries_.emplace_back(CellOf(scan.points[i]), i);
-    std::sort(entries_.begin(), entries_.end());
+  PointGrid(const std::vector<Eigen::Vector2d>& points, double least_cell) {
+    constexpr double kMaxCells = 256.0;  // per axis
+    Eigen::Vector2d upper = points.front();
+    origin_ = upper;
+    for (const Eigen::Vector2d& p : points) {
+      origin_ = origin_.cwiseMin(p);
+      upper = upper.cwiseMax(p);
+    }
+    cell_ = std::max(least_cell, (upper - origin_).maxCoeff() / kMaxCells);
+    const Eigen::Vector2i last = CellOf(upper);
+    columns_ = last.x() + 1;
+    rows_ = last.y() + 1;
+    begin_.assign(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_) + 1, 0);
+    for (const Eigen::Vector2d& p : points) ++begin_[BucketOf(p) + 1];
+    std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
+    std::vector<std::size_t> next(begin_.begin(), begin_.end() - 1);
+    points_.resize(points.size());
+    indices_.resize(points.size());
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const std::size_t slot = next[BucketOf(points[i])]++;
+      points_[slot] = points[i];
+      indices_[slot] = static_cast<int>(i);
+    }
   }
   // Index of the nearest point within `radius` <= cell; -1 where there is none.
   int Nearest(const Eigen::Vector2d& p, double radius) const {
-    const auto [x, y] = CellOf(p);
+    const Eigen::Vector2i cell = CellOf(p);
+    const int first_row = std::max(cell.y() - 1, 0), last_row = std::min(cell.y() + 1, rows_ - 1);
+    if (first_row > last_row) return -1;
     int nearest = -1;
     double best = radius * radius;
-    for (int column = x - 1; column <= x + 1; ++column) {
-      const Entry from{{column, y - 1}, 0}, to{{column, y + 1}, std::numeric_limits<std::size_t>::max()};
-      for (auto e = std::lower_bound(entries_.begin(), entries_.end(), from); e != entries_.end() && *e <= to; ++e) {
-        const double distance = (scan_.points[e->second] - p).squaredNorm();
+    for (int column = std::max(cell.x() - 1, 0); column <= std::min(cell.x() + 1, columns_ - 1); ++column) {
+      // The buckets of a column are neighbours.
+      const std::size_t end = begin_[Bucket(column, last_row) + 1];
+      for (std::size_t k = begin_[Bucket(column, first_row)]; k < end; ++k) {
+        const double distance = (points_[k] - p).squaredNorm();
         if (distance > best || (distance == best && nearest >= 0)) continue;
         best = distance;
-        nearest = static_cast<int>(e->second);
+        nearest = indices_[k];
       }
     }
     return nearest;
   }
 
  private:
-  using Cell = std::pair<int, int>;
-  using Entry = std::pair<Cell, std::size_t>;
-  Cell CellOf(const Eigen::Vector2d& p) const {
-    return {static_cast<int>(std::floor(p.x() / cell_)), static_cast<int>(std::floor(p.y() / cell_))};
+  // Points far outside are next to no bucket.
+  Eigen::Vector2i CellOf(const Eigen::Vector2d& p) const {
+    constexpr double kFar = 1e6;  // cells
+    const Eigen::Vector2d cell = (p - origin_) / cell_;
+    return {static_cast<int>(std::floor(std::clamp(cell.x(), -kFar, kFar))),
+            static_cast<int>(std::floor(std::clamp(cell.y(), -kFar, kFar)))};
   }
-  const PreparedScan& scan_;
-  double cell_;
-  std::vector<Entry> entries_;
+  std::size_t Bucket(int column, int row) const {
+    return static_cast<std::size_t>(column) * static_cast<std::size_t>(rows_) + static_cast<std::size_t>(row);
+  }
+  std::size_t BucketOf(const Eigen::Vector2d& p) const {
+    const Eigen::Vector2i cell = CellOf(p);
+    return Bucket(cell.x(), cell.y());
+  }
+  Eigen::Vector2d origin_;  // m, corner of the first bucket
+  double cell_;             // m
+  int columns_ = 0, rows_ = 0;
+  std::vector<std::size_t> begin_;       // columns * rows + 1 offsets
+  std::vector<Eigen::Vector2d> points_;  // by bucket
+  std::vector<int> indices_;             // of points_
 };
 
 // One Gauss-Newton step's sums, over the points within `radius` of a reference surface.
@@ -163,7 +198,7 @@ std::optional<ScanMatch> MatchScans(const PreparedScan& reference, const Prepare
   constexpr double kConverged = 0.03;  // of a standard deviation: directions nothing faces never quite settle
   constexpr double kShrink = 0.7;      // of the search radius, per iteration
   constexpr double kNear = 5.0;        // sigmas of a range within which a point counts as on a surface
-  const PointGrid grid(reference, options.max_offset);
+  const PointGrid grid(reference.points, options.max_offset);
   const double near = kNear * options.range_sigma;
   // Points between the reference's beams are up to half their spacing away along the surface.
   const double least_radius = std::max(near, 0.5 * kSurfaceRadius);
