@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "corner_detector.h"
-#include "instruction_set.h"
+#include "planar_vslam/feature/instruction_set.h"
 
 namespace planar_vslam {
 

@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "instruction_set.h"
+#include "planar_vslam/feature/instruction_set.h"
 
 namespace planar_vslam {
 

@@ -46,8 +46,8 @@ PV_TARGET_SSE42 std::pair<int, int> NearestSse42(const Descriptor& query, const 
 
 }  // namespace
 
-void HammingDistances(InstructionSet set, const Descriptor& query, const std::vector<Descriptor>& descriptors,
-                      const std::vector<int>& indices, std::vector<int>* distances) {
+void HammingDistances(const Descriptor& query, const std::vector<Descriptor>& descriptors,
+                      const std::vector<int>& indices, std::vector<int>* distances, InstructionSet set) {
   distances->resize(indices.size());
 #if defined(__x86_64__)
   if (set != InstructionSet::kPlain) {
@@ -58,8 +58,8 @@ void HammingDistances(InstructionSet set, const Descriptor& query, const std::ve
   ComputeDistances<CountByFields>(query, descriptors.data(), indices, distances->data());
 }
 
-std::pair<int, int> NearestByHamming(InstructionSet set, const Descriptor& query,
-                                     const std::vector<Descriptor>& descriptors) {
+std::pair<int, int> NearestByHamming(const Descriptor& query, const std::vector<Descriptor>& descriptors,
+                                     InstructionSet set) {
 #if defined(__x86_64__)
   if (set != InstructionSet::kPlain) return NearestSse42(query, descriptors);
 #endif

@@ -1,4 +1,4 @@
-#include "instruction_set.h"
+#include "planar_vslam/feature/instruction_set.h"
 
 namespace planar_vslam {
 

@@ -5,7 +5,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "instruction_set.h"
+#include "planar_vslam/feature/instruction_set.h"
 
 namespace planar_vslam {
 

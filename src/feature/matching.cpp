@@ -41,7 +41,7 @@ struct NearestTwo {
 // `distances` is scratch.
 NearestTwo FindNearest(const Descriptor& query, const std::vector<Descriptor>& descriptors,
                        const std::vector<int>& candidates, std::vector<int>* distances) {
-  HammingDistances(BestInstructionSet(), query, descriptors, candidates, distances);
+  HammingDistances(query, descriptors, candidates, distances);
   NearestTwo nearest;
   for (std::size_t k = 0; k < candidates.size(); ++k) nearest.Offer(candidates[k], (*distances)[k]);
   return nearest;
@@ -121,7 +121,7 @@ std::vector<NearestDescriptor> FindNearestDescriptors(const std::vector<Descript
   std::vector<NearestDescriptor> nearest;
   nearest.reserve(queries.size());
   for (const Descriptor& query : queries) {
-    const auto [index, distance] = NearestByHamming(BestInstructionSet(), query, database);
+    const auto [index, distance] = NearestByHamming(query, database);
     nearest.push_back({index, distance});
   }
   return nearest;

@@ -5,8 +5,8 @@
 #include <memory>
 #include <opencv2/core.hpp>
 
-#include "instruction_set.h"
 #include "planar_vslam/feature/features.h"
+#include "planar_vslam/feature/instruction_set.h"
 
 namespace planar_vslam {
 

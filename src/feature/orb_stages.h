@@ -6,9 +6,9 @@
 
 #include "brief_blur.h"
 #include "corner_detector.h"
-#include "instruction_set.h"
 #include "level_resizer.h"
 #include "orb_descriptor.h"
+#include "planar_vslam/feature/instruction_set.h"
 #include "planar_vslam/feature/orb_extractor.h"
 #include "quadtree.h"
 

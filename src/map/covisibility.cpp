@@ -8,21 +8,25 @@ std::vector<CovisibleKeyframe> CovisibleKeyframes(const Map& map, KeyframeId id,
   const Keyframe* keyframe = map.keyframes.Find(id);
   if (keyframe == nullptr) return {};
 
-  std::vector<KeyframeId> sightings;  // one entry per landmark shared
+  // Observations are ascending by keyframe.
+  std::uint32_t first = id.value, last = id.value;
   for (const LandmarkId landmark : keyframe->landmarks) {
     if (!landmark.valid()) continue;
-    for (const Observation& o : map.landmarks.At(landmark).observations) {
-      if (o.keyframe != id) sightings.push_back(o.keyframe);
-    }
+    const std::vector<Observation>& observations = map.landmarks.At(landmark).observations;
+    first = std::min(first, observations.front().keyframe.value);
+    last = std::max(last, observations.back().keyframe.value);
   }
-  std::sort(sightings.begin(), sightings.end());
+  std::vector<int> shared(last - first + 1, 0);  // by id, from the first on
+  for (const LandmarkId landmark : keyframe->landmarks) {
+    if (!landmark.valid()) continue;
+    for (const Observation& o : map.landmarks.At(landmark).observations) ++shared[o.keyframe.value - first];
+  }
+  shared[id.value - first] = 0;
 
   std::vector<CovisibleKeyframe> covisible;
-  for (auto it = sightings.begin(); it != sightings.end();) {
-    const auto next = std::upper_bound(it, sightings.end(), *it);
-    const int shared = static_cast<int>(next - it);
-    if (shared >= min_shared) covisible.push_back({*it, shared});
-    it = next;
+  for (std::uint32_t other = first; other <= last; ++other) {
+    const int count = shared[other - first];
+    if (count > 0 && count >= min_shared) covisible.push_back({KeyframeId{other}, count});
   }
   std::stable_sort(covisible.begin(), covisible.end(),
                    [](const CovisibleKeyframe& a, const CovisibleKeyframe& b) { return a.shared > b.shared; });

@@ -11,11 +11,12 @@
 
 #include "brief_blur.h"
 #include "corner_detector.h"
-#include "hamming.h"
-#include "instruction_set.h"
+
 #include "level_resizer.h"
 #include "orb_descriptor.h"
 #include "orb_stages.h"
+#include "planar_vslam/feature/hamming.h"
+#include "planar_vslam/feature/instruction_set.h"
 #include "support/support.h"
 #include "test_images.h"
 
@@ -258,9 +259,9 @@ TEST(InstructionSets, Distances) {
     const auto nearest = std::min_element(expected.begin() + 1, expected.end());
     for (const InstructionSet set : UsableInstructionSets()) {
       std::vector<int> distances;
-      HammingDistances(set, query, descriptors, indices, &distances);
+      HammingDistances(query, descriptors, indices, &distances, set);
       ASSERT_EQ(distances, expected);
-      const auto [index, distance] = NearestByHamming(set, query, {descriptors.begin() + 1, descriptors.end()});
+      const auto [index, distance] = NearestByHamming(query, {descriptors.begin() + 1, descriptors.end()}, set);
       EXPECT_EQ(index, nearest - expected.begin() - 1);
       EXPECT_EQ(distance, *nearest);
     }

@@ -3,17 +3,18 @@
 #include <utility>
 #include <vector>
 
-#include "instruction_set.h"
 #include "planar_vslam/feature/features.h"
+#include "planar_vslam/feature/instruction_set.h"
 
 namespace planar_vslam {
 
 // distances[k] = HammingDistance(query, descriptors[indices[k]]).
-void HammingDistances(InstructionSet set, const Descriptor& query, const std::vector<Descriptor>& descriptors,
-                      const std::vector<int>& indices, std::vector<int>* distances);
+void HammingDistances(const Descriptor& query, const std::vector<Descriptor>& descriptors,
+                      const std::vector<int>& indices, std::vector<int>* distances,
+                      InstructionSet set = BestInstructionSet());
 
 // Index of the descriptor nearest to `query`, the smaller one on ties, and its distance. `descriptors` is not empty.
-std::pair<int, int> NearestByHamming(InstructionSet set, const Descriptor& query,
-                                     const std::vector<Descriptor>& descriptors);
+std::pair<int, int> NearestByHamming(const Descriptor& query, const std::vector<Descriptor>& descriptors,
+                                     InstructionSet set = BestInstructionSet());
 
 }  // namespace planar_vslam
