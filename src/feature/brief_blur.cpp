@@ -196,10 +196,22 @@ const std::vector<BriefBlur::Coverage::Run>& BriefBlur::Coverage::RunsOf(int row
     }
   }
   runs_.clear();
-  for (int block = 0; block <= last_block; ++block) {
-    if (last_row_[static_cast<std::size_t>(block)] < first_row) continue;
-    if (runs_.empty() || runs_.back().end != block * kBlock) runs_.push_back({block * kBlock, block * kBlock});
-    runs_.back().end += kBlock;
+  constexpr std::size_t kWord = 64;  // blocks
+  for (std::size_t begin = 0; begin < last_row_.size(); begin += kWord) {
+    std::uint64_t holds = 0;  // bit k: block begin + k
+    for (std::size_t k = 0; k < std::min(kWord, last_row_.size() - begin); ++k) {
+      holds |= static_cast<std::uint64_t>(last_row_[begin + k] >= first_row) << k;
+    }
+    while (holds != 0) {
+      const int first = __builtin_ctzll(holds);
+      // What follows the run: the lowest bit that is not set from `first` on.
+      const std::uint64_t rest = ~(holds >> first);
+      const int length = rest == 0 ? static_cast<int>(kWord) : __builtin_ctzll(rest);
+      const int block = static_cast<int>(begin) + first;
+      runs_.push_back({block * kBlock, (block + length) * kBlock});
+      if (first + length >= static_cast<int>(kWord)) break;
+      holds = holds >> (first + length) << (first + length);
+    }
   }
   return runs_;
 }

@@ -38,9 +38,8 @@ Source SourceOf(int i, int source_pixels, int pixels) {
 void AlongRowPlain(const std::uint8_t* pixels, const RowTable& table, std::int16_t* sums) {
   for (std::size_t x = 0; x < table.columns(); ++x) {
     const std::uint8_t* pair = pixels + table.left[x];
-    // The weight of what is beyond the last pixel is 0.
-    const int next = table.weights[2 * x + 1] == 0 ? 0 : pair[1] * table.weights[2 * x + 1];
-    sums[x] = static_cast<std::int16_t>((pair[0] * table.weights[2 * x] + next) >> kDroppedBits);
+    const int sum = pair[0] * table.weights[2 * x] + pair[1] * table.weights[2 * x + 1];
+    sums[x] = static_cast<std::int16_t>(sum >> kDroppedBits);
   }
 }
 
@@ -123,15 +122,15 @@ LevelResizer::RowTable::RowTable(int source_columns, int columns) {
   for (std::size_t x = 0; x < padded; ++x) {
     Source source = SourceOf(std::min(static_cast<int>(x), columns - 1), source_columns, columns);
     if (source.index < 0) source = {0, static_cast<std::int16_t>(kOne), 0};
-    if (source.index >= source_columns - 1) source = {source_columns - 1, static_cast<std::int16_t>(kOne), 0};
+    if (source.index > source_columns - 2) source = {source_columns - 2, 0, static_cast<std::int16_t>(kOne)};
     if (x % kGroup == 0) begin.push_back(std::max(0, std::min(source.index, source_columns - kReach)));
     left.push_back(source.index);
     weights.push_back(source.weight);
     weights.push_back(source.next_weight);
-    const int first = source.index - begin.back(), second = first + (source.next_weight == 0 ? 0 : 1);
+    const int first = source.index - begin.back();
     shuffle.push_back(static_cast<std::uint8_t>(first));
-    shuffle.push_back(static_cast<std::uint8_t>(second));
-    has_groups = has_groups && second < kReach;
+    shuffle.push_back(static_cast<std::uint8_t>(first + 1));
+    has_groups = has_groups && first + 1 < kReach;
   }
 }
 
@@ -143,7 +142,8 @@ const std::int16_t* LevelResizer::SumsOf(const cv::Mat& source, int row) {
 }
 
 void LevelResizer::Resize(const cv::Mat& source, const cv::Size& size, cv::Mat* resized) {
-  PV_CHECK(size.width >= 1 && size.height >= 1 && size.width <= source.cols && size.height <= source.rows,
+  PV_CHECK(source.cols >= 2 && size.width >= 1 && size.height >= 1 && size.width <= source.cols &&
+               size.height <= source.rows,
            "from " << source.size() << " to " << size);
   if (source.size() != source_size_ || size != size_) table_ = RowTable(source.cols, size.width);
   source_size_ = source.size();

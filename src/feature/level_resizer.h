@@ -14,7 +14,7 @@ namespace planar_vslam {
 class LevelResizer {
  public:
   explicit LevelResizer(InstructionSet set) : set_(set) {}
-  // `size` is no larger than `source`. *resized is good until the next call.
+  // `size` is no larger than `source`, which has 2 columns or more. *resized is good until the next call.
   void Resize(const cv::Mat& source, const cv::Size& size, cv::Mat* resized);
 
   // Where the pixels along a row come from. Columns are padded to a multiple of kGroup * 2.

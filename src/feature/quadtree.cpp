@@ -100,17 +100,20 @@ void Quadtree::Thin(const std::vector<Corner>& corners, const cv::Rect& area, in
   MakeRoots(corners, area);
   Divide(corners, count);
   for (const Node& leaf : leaves_) {
-    const auto is_weaker = [&](int a, int b) {
-      return corners[static_cast<std::size_t>(a)].response < corners[static_cast<std::size_t>(b)].response;
-    };
-    const auto strongest = std::max_element(order_.begin() + leaf.begin, order_.begin() + leaf.end, is_weaker);
-    kept->push_back(corners[static_cast<std::size_t>(*strongest)]);
+    // The first of the strongest.
+    const Corner* strongest = &corners[static_cast<std::size_t>(order_[static_cast<std::size_t>(leaf.begin)])];
+    for (int i = leaf.begin + 1; i < leaf.end; ++i) {
+      const Corner* other = &corners[static_cast<std::size_t>(order_[static_cast<std::size_t>(i)])];
+      strongest = other->response > strongest->response ? other : strongest;
+    }
+    kept->push_back(*strongest);
   }
   // The last division may give up to two areas too many.
   if (kept->size() > static_cast<std::size_t>(count)) {
-    std::sort(kept->begin(), kept->end(), [](const Corner& a, const Corner& b) {
+    const auto is_stronger = [](const Corner& a, const Corner& b) {
       return std::tie(b.response, a.y, a.x) < std::tie(a.response, b.y, b.x);
-    });
+    };
+    std::nth_element(kept->begin(), kept->begin() + count, kept->end(), is_stronger);
     kept->resize(static_cast<std::size_t>(count));
   }
   std::sort(kept->begin(), kept->end(),
