@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <numeric>
 
 namespace planar_vslam {
@@ -22,22 +23,23 @@ int CellOf(float coordinate, float origin, float cell_pixels, int cell_count) {
 // Sorts different numbers. Up to kMostRanked of them each go where as many are smaller: more comparisons than needed,
 // but several at a time and no branch to predict, unlike those of std::sort.
 void SortDistinct(int* begin, int* end) {
-  constexpr std::size_t kMostRanked = 64, kTogether = 8;
+  using Four [[gnu::vector_size(16)]] = int;
+  constexpr std::size_t kMostRanked = 64;
   const std::size_t count = static_cast<std::size_t>(end - begin);
   if (count < 2) return;
   if (count > kMostRanked) return std::sort(begin, end);
-  const std::size_t padded = (count + kTogether - 1) / kTogether * kTogether;
-  std::array<int, kMostRanked> numbers, ranks;
-  std::copy(begin, end, numbers.begin());
-  std::fill(numbers.data() + count, numbers.data() + padded, 0);
-  std::fill(ranks.data(), ranks.data() + padded, 0);
-  for (std::size_t k = 0; k < count; ++k) {
-    const int number = numbers[k];
-    for (std::size_t block = 0; block < padded; block += kTogether) {
-      for (std::size_t i = block; i < block + kTogether; ++i) ranks[i] += number < numbers[i] ? 1 : 0;
-    }
+  const std::size_t four_count = (count + 3) / 4;
+  std::array<Four, kMostRanked / 4> numbers, ranks;
+  numbers[four_count - 1] = Four{};
+  std::memcpy(numbers.data(), begin, count * sizeof(int));
+  std::fill(ranks.data(), ranks.data() + four_count, Four{});
+  for (const int* number = begin; number != end; ++number) {
+    const Four same = Four{} + *number;
+    for (std::size_t k = 0; k < four_count; ++k) ranks[k] -= same < numbers[k];  // a true comparison is -1
   }
-  for (std::size_t k = 0; k < count; ++k) begin[ranks[k]] = numbers[k];
+  std::array<int, kMostRanked> sorted;
+  for (std::size_t k = 0; k < count; ++k) sorted[static_cast<std::size_t>(ranks[k / 4][k % 4])] = begin[k];
+  std::memcpy(begin, sorted.data(), count * sizeof(int));
 }
 
 int CellCount(float extent, float cell_pixels) { return 1 + CellOf(extent, 0.0F, cell_pixels, kMaxCellsPerAxis); }
