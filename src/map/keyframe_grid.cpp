@@ -6,7 +6,7 @@
 namespace planar_vslam {
 namespace {
 
-constexpr double kCellSize = 1.0;  // m in a metric map
+constexpr double kCellSize = 0.5;  // m in a metric map
 
 std::int32_t Along(double x) {
   constexpr double kFarthest = 1e9;  // beyond all maps, within 32 bits

@@ -89,8 +89,11 @@ std::vector<KeyframeId> VotedKeyframes(const Map& map, const std::vector<Landmar
   return MostVoted(votes, limit);
 }
 
-std::vector<KeyframeId> NearbyKeyframes(const Map& map, const Rigid3& T_map_camera, double distance, double angle,
-                                        std::size_t limit) {
+namespace {
+
+// Those within `distance`, with their distances, nearest first.
+std::vector<std::pair<double, KeyframeId>> Within(const Map& map, const Rigid3& T_map_camera, double distance,
+                                                  double angle) {
   std::vector<std::pair<double, KeyframeId>> near;
   const Eigen::Vector3d axis = T_map_camera.rotation * Eigen::Vector3d::UnitZ();
   for (const auto& [id, keyframe] : map.keyframes) {
@@ -99,6 +102,20 @@ std::vector<KeyframeId> NearbyKeyframes(const Map& map, const Rigid3& T_map_came
     if (d <= distance && axis.dot(T.rotation * Eigen::Vector3d::UnitZ()) >= std::cos(angle)) near.emplace_back(d, id);
   }
   std::sort(near.begin(), near.end());
+  return near;
+}
+
+}  // namespace
+
+std::vector<KeyframeId> NearbyKeyframes(const Map& map, const Rigid3& T_map_camera, double distance, double angle,
+                                        std::size_t limit) {
+  // Where many stand close by there is no need to look further.
+  double reach = limit < map.keyframes.size() ? distance / 8.0 : distance;
+  std::vector<std::pair<double, KeyframeId>> near = Within(map, T_map_camera, reach, angle);
+  while (reach < distance && near.size() < limit) {
+    reach = std::min(2.0 * reach, distance);
+    near = Within(map, T_map_camera, reach, angle);
+  }
   if (near.size() > limit) near.resize(limit);
   std::vector<KeyframeId> ids;
   ids.reserve(near.size());

@@ -38,7 +38,7 @@ class MapDrift::Settled {
 namespace {
 
 constexpr Eigen::Index kSystematic = 2;   // unknowns beside the poses
-constexpr std::size_t kAround = 150;      // keyframes: the robot takes a while to leave them
+constexpr std::size_t kAround = 100;      // keyframes: the robot takes a while to leave them
 constexpr std::size_t kMostActive = 600;  // keyframes: beyond, it is time to settle some
 
 // Where the three unknowns of each keyframe stand.
@@ -55,6 +55,28 @@ class Positions {
  private:
   std::vector<Eigen::Index> at_;
   Eigen::Index next_ = 0;
+};
+
+// Both ways of all ties, in one piece: many small ones would scatter over the memory what is allocated later.
+class TiedKeyframes {
+ public:
+  TiedKeyframes(const Map& map, const MapTies& ties) {
+    for (const auto& [id, keyframe] : map.keyframes) {
+      for (const MapTie& tie : ties.Of(id)) {
+        pairs_.emplace_back(tie.from, tie.to);
+        pairs_.emplace_back(tie.to, tie.from);
+      }
+    }
+    std::sort(pairs_.begin(), pairs_.end());
+  }
+  template <class Function>
+  void ForEach(KeyframeId id, const Function& function) const {
+    auto it = std::lower_bound(pairs_.begin(), pairs_.end(), std::pair(id, KeyframeId{0}));
+    for (; it != pairs_.end() && it->first == id; ++it) function(it->second);
+  }
+
+ private:
+  std::vector<std::pair<KeyframeId, KeyframeId>> pairs_;
 };
 
 void AddTie(const Map& map, const MapTie& tie, const Positions& positions, InformationEntries* entries) {
@@ -86,13 +108,7 @@ MapDrift::Settled::Settled(const Map& map, const MapTies& ties, const MapTies::C
 // What has changed just now is about to change again, and so are those around it: they stay active.
 void MapDrift::Settled::ChooseActive(const Map& map, const MapTies& ties, const MapTies::Changes& changes) {
   parts_.assign(map.next_keyframe_id, kSettled);
-  std::vector<std::vector<KeyframeId>> tied(map.next_keyframe_id);
-  for (const auto& [id, keyframe] : map.keyframes) {
-    for (const MapTie& tie : ties.Of(id)) {
-      tied[tie.from.value].push_back(tie.to);
-      tied[tie.to.value].push_back(tie.from);
-    }
-  }
+  const TiedKeyframes tied(map, ties);
   std::vector<KeyframeId> active;
   const auto activate = [&](KeyframeId id) {
     if (!map.keyframes.Contains(id) || std::exchange(parts_[id.value], kActive) == kActive) return;
@@ -105,12 +121,11 @@ void MapDrift::Settled::ChooseActive(const Map& map, const MapTies& ties, const 
   }
   const std::size_t enough = active.size() + kAround;
   for (std::size_t k = 0; k < active.size() && active.size() < enough; ++k) {
-    for (const KeyframeId id : tied[active[k].value]) activate(id);
+    tied.ForEach(active[k], activate);
   }
   for (const KeyframeId id : active) {
-    const auto& others = tied[id.value];
-    const bool at_border =
-        std::any_of(others.begin(), others.end(), [this](KeyframeId o) { return parts_[o.value] == kSettled; });
+    bool at_border = false;
+    tied.ForEach(id, [&](KeyframeId other) { at_border = at_border || parts_[other.value] == kSettled; });
     (at_border ? border_ : active_).push_back(id);
   }
   std::sort(active_.begin(), active_.end());

@@ -109,6 +109,7 @@ class TieMaker {
   // `slack` falls to how near a distance driven is to making another decision here.
   std::vector<MapTie> TiesOf(KeyframeId id, const Keyframe& keyframe, double* slack) {
     std::vector<MapTie> ties;
+    ties.reserve(1 + keyframe.laser_links.size() + kMostNeighbors);
     if (context_.options.use_odometry && keyframe.odometry_link.has_value()) ties.push_back(ByWheels(id, keyframe));
     for (const MotionLink& link : keyframe.laser_links) {
       ties.push_back(
