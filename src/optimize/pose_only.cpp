@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "planar_vslam/geometry/tangent_parts.h"
@@ -15,7 +16,7 @@ constexpr double kChi2TwoDof95 = 5.991;  // chi-square, 2 dof, 95 %
 constexpr int kRounds = 4;
 constexpr int kRobustRounds = 2;
 constexpr int kIterationsPerRound = 10;
-constexpr double kConvergedStep = 1e-6;  // m and rad
+constexpr double kConvergedStep = 1e-5;  // m and rad
 
 struct NormalEquations {
   Matrix6d H = Matrix6d::Zero();
@@ -35,6 +36,69 @@ struct LinearizedPoint {
     J.rightCols<3>() = J_base * Skew(p_base);
     return J;
   }
+};
+
+// The same for all 6 unknowns, in the camera's axes: with the point p of the camera, q of it from the base and the
+// perturbation rotated into them, d p = -rho + [q]_x phi.
+struct WeightedRows {
+  WeightedRows(const CameraModel& camera, const PoseObservation& o, const Eigen::Vector3d& p,
+               const Eigen::Vector3d& q) {
+    const double inverse_z = 1.0 / p.z(), inverse_sigma = 1.0 / o.sigma;
+    const double x = p.x() * inverse_z, y = p.y() * inverse_z;
+    const double fx = camera.fx * inverse_sigma, fy = camera.fy * inverse_sigma;
+    e = {fx * x + (camera.cx - o.pixel.x()) * inverse_sigma, fy * y + (camera.cy - o.pixel.y()) * inverse_sigma};
+    const double u_x = fx * inverse_z, u_z = -u_x * x, v_y = fy * inverse_z, v_z = -v_y * y;
+    J[0] = {-u_x, 0.0, -u_z, -u_z * q.y(), u_z * q.x() - u_x * q.z(), u_x * q.y()};
+    J[1] = {0.0, -v_y, -v_z, v_y * q.z() - v_z * q.y(), v_z * q.x(), -v_y * q.x()};
+  }
+
+  void Whiten(const Eigen::Matrix2d& W) {
+    const auto mix = [&W](double* first, double* second) {
+      const double u = *first, v = *second;
+      *first = W(0, 0) * u + W(0, 1) * v;
+      *second = W(1, 0) * u + W(1, 1) * v;
+    };
+    mix(&e[0], &e[1]);
+    for (std::size_t k = 0; k < 6; ++k) mix(&J[0][k], &J[1][k]);
+  }
+
+  std::array<double, 2> e;
+  std::array<std::array<double, 6>, 2> J;
+};
+
+// Normal equations of points in the camera's axes; the lower half of H and, for the compiler's pairs, a bit more.
+struct CameraSums {
+  void Add(const WeightedRows& rows, double weight) {
+    for (std::size_t i = 0; i < 6; ++i) {
+      const double u = weight * rows.J[0][i], v = weight * rows.J[1][i];
+      for (std::size_t j = 0; j <= (i | 1); ++j) H[i][j] += u * rows.J[0][j] + v * rows.J[1][j];
+      b[i] += u * rows.e[0] + v * rows.e[1];
+    }
+  }
+
+  NormalEquations InBaseAxes(const Eigen::Matrix3d& R_camera_base) const {
+    Matrix6d H_camera;
+    Vector6d b_camera;
+    for (std::size_t i = 0; i < 6; ++i) {
+      const auto row = static_cast<Eigen::Index>(i);
+      b_camera(row) = b[i];
+      for (std::size_t j = 0; j <= i; ++j) {
+        const auto column = static_cast<Eigen::Index>(j);
+        H_camera(row, column) = H_camera(column, row) = H[i][j];
+      }
+    }
+    Matrix6d axes = Matrix6d::Zero();
+    axes.topLeftCorner<3, 3>() = axes.bottomRightCorner<3, 3>() = R_camera_base;
+    NormalEquations n;
+    n.H = axes.transpose() * H_camera * axes;
+    n.b = axes.transpose() * b_camera;
+    n.cost = cost;
+    return n;
+  }
+
+  std::array<std::array<double, 6>, 6> H{};
+  std::array<double, 6> b{};
+  double cost = 0.0;
 };
 
 class PoseSolver {
@@ -64,52 +128,51 @@ class PoseSolver {
     }
   }
 
-  NormalEquations Linearize(const Rigid3& T_map_base, bool robust, bool with_jacobians) const {
-    NormalEquations n;
-    const Eigen::Matrix3d R_base_map = T_map_base.R().transpose();
+  NormalEquations Linearize(const Rigid3& T_map_base, bool robust) const {
+    CameraSums sums;
+    const Eigen::Matrix3d R_camera_map = R_camera_base_ * T_map_base.R().transpose();
+    const Eigen::Vector3d p_map_base = T_map_base.translation;
     for (std::size_t i = 0; i < observations_.size(); ++i) {
       const PoseObservation& o = observations_[i];
       if (!o.inlier) continue;
-      LinearizedPoint point;
-      point.p_base = R_base_map * (o.p_map - T_map_base.translation);
-      const Eigen::Vector3d p = R_camera_base_ * point.p_base + T_camera_base_.translation;
-      const double squared = SquaredError(i, p, &point.e);
-      if (squared >= kBehindCamera) {
-        n.cost += kChi2TwoDof95;
+      const Eigen::Vector3d from_base = R_camera_map * (o.p_map - p_map_base);
+      const Eigen::Vector3d p = from_base + T_camera_base_.translation;
+      if (p.z() <= kMinDepth) {
+        sums.cost += kChi2TwoDof95;
         continue;
       }
+      WeightedRows rows(problem_.camera, o, p, from_base);
+      if (!whitening_.empty()) rows.Whiten(whitening_[i]);
+      const double squared = rows.e[0] * rows.e[0] + rows.e[1] * rows.e[1];
       double weight = 1.0;
       if (robust && squared > kChi2TwoDof95) {
         const double norm = std::sqrt(squared), delta = std::sqrt(kChi2TwoDof95);
         weight = delta / norm;
-        n.cost += 2.0 * delta * norm - kChi2TwoDof95;
+        sums.cost += 2.0 * delta * norm - kChi2TwoDof95;
       } else {
-        n.cost += squared;
+        sums.cost += squared;
       }
-      if (!with_jacobians) continue;
-      point.J_base = Whitened(i, BaseJacobian(o, p));
-      const Eigen::Matrix<double, 2, 6> J = point.PoseJacobian();
-      n.H.noalias() += weight * J.transpose() * J;
-      n.b.noalias() += weight * J.transpose() * point.e;
+      sums.Add(rows, weight);
     }
-    AddPriors(T_map_base, with_jacobians, &n);
+    NormalEquations n = sums.InBaseAxes(R_camera_base_);
+    AddPriors(T_map_base, &n);
     return n;
   }
 
   // Levenberg-Marquardt from T_map_base; returns the last accepted pose.
   Rigid3 Solve(Rigid3 T_map_base, bool robust) const {
     double lambda = 1e-6;
-    NormalEquations n = Linearize(T_map_base, robust, true);
+    NormalEquations n = Linearize(T_map_base, robust);
     for (int i = 0; i < kIterationsPerRound; ++i) {
       const Vector6d step = Step(T_map_base, n, lambda);
       if (!step.allFinite()) break;
       const Rigid3 candidate = T_map_base * ExpSe3(step);
-      const double cost = Linearize(candidate, robust, false).cost;
-      if (cost <= n.cost) {
+      if (step.norm() < kConvergedStep) return candidate;  // too near for the cost to tell them apart
+      const NormalEquations next = Linearize(candidate, robust);
+      if (next.cost <= n.cost) {
         T_map_base = candidate;
+        n = next;
         lambda = std::max(lambda * 0.1, 1e-9);
-        if (step.norm() < kConvergedStep) break;
-        n = Linearize(T_map_base, robust, true);
       } else {
         lambda = std::max(lambda, 1e-6) * 100.0;
         if (lambda > 1e6) break;
@@ -118,27 +181,31 @@ class PoseSolver {
     return T_map_base;
   }
 
-  // Chi-square classes at `T_map_base`: inlier count and mean squared error of the inliers.
-  void Classify(const Rigid3& T_map_base, PoseOnlyResult* result) const {
+  // Chi-square classes at `T_map_base`: inlier count and mean squared error of the inliers. Whether any class changed.
+  bool Classify(const Rigid3& T_map_base, PoseOnlyResult* result) const {
     const Rigid3 T_camera_map = T_camera_base_ * T_map_base.Inverse();
     const Eigen::Matrix3d R_camera_map = T_camera_map.R();
     double sum = 0.0;
     int count = 0;
+    bool changed = false;
     for (std::size_t i = 0; i < observations_.size(); ++i) {
       PoseObservation& o = observations_[i];
       Eigen::Vector2d e;
       const double squared = SquaredError(i, R_camera_map * o.p_map + T_camera_map.translation, &e);
-      o.inlier = squared <= kChi2TwoDof95;
+      const bool inlier = squared <= kChi2TwoDof95;
+      changed = changed || inlier != o.inlier;
+      o.inlier = inlier;
       if (!o.inlier) continue;
       sum += squared;
       ++count;
     }
     result->inliers = count;
     result->mean_square_error = count > 0 ? sum / count : 0.0;
+    return changed;
   }
 
   Matrix6d Information(const Rigid3& T_map_base) const {
-    return planar_ ? Matrix6d(FloorCovariance(T_map_base).inverse()) : Linearize(T_map_base, true, true).H;
+    return planar_ ? Matrix6d(FloorCovariance(T_map_base).inverse()) : Linearize(T_map_base, true).H;
   }
 
  private:
@@ -188,34 +255,32 @@ class PoseSolver {
     (*planar_prior_)(Eigen::all, kPlanarRows) = L_inverse;
   }
 
-  void AddPriors(const Rigid3& T_map_base, bool with_jacobians, NormalEquations* n) const {
+  void AddPriors(const Rigid3& T_map_base, NormalEquations* n) const {
     if (problem_.prior.has_value()) {
       const Vector6d log = LogSe3(problem_.prior->T_map_base.Inverse() * T_map_base);
       if (planar_prior_.has_value()) {
-        AddPrior(*planar_prior_, log, with_jacobians, n);
+        AddPrior(*planar_prior_, log, n);
       } else {
-        AddPrior(problem_.prior->sqrt_information, log, with_jacobians, n);
+        AddPrior(problem_.prior->sqrt_information, log, n);
       }
     }
     if (problem_.floor == PlanarMode::kSoftSe3) {
       Eigen::Matrix<double, 3, 6> J;
-      const Eigen::Vector3d e =
-          PlanarPriorResidual(T_map_base, problem_.sigma_height, problem_.sigma_tilt, with_jacobians ? &J : nullptr);
-      n->cost += e.squaredNorm();
-      if (with_jacobians) {
-        n->H.noalias() += J.transpose() * J;
-        n->b.noalias() += J.transpose() * e;
-      }
+      const Eigen::Vector3d e = PlanarPriorResidual(T_map_base, problem_.sigma_height, problem_.sigma_tilt, &J);
+      AddRows(J, e, n);
     }
   }
 
   template <int Rows>
-  static void AddPrior(const Eigen::Matrix<double, Rows, 6>& weight, const Vector6d& log, bool with_jacobians,
-                       NormalEquations* n) {
+  static void AddPrior(const Eigen::Matrix<double, Rows, 6>& weight, const Vector6d& log, NormalEquations* n) {
     const Eigen::Matrix<double, Rows, 1> e = weight * log;
-    n->cost += e.squaredNorm();
-    if (!with_jacobians) return;
     const Eigen::Matrix<double, Rows, 6> J = weight * RightJacobianInverseSe3(log);
+    AddRows(J, e, n);
+  }
+  template <int Rows>
+  static void AddRows(const Eigen::Matrix<double, Rows, 6>& J, const Eigen::Matrix<double, Rows, 1>& e,
+                      NormalEquations* n) {
+    n->cost += e.squaredNorm();
     n->H.noalias() += J.transpose() * J;
     n->b.noalias() += J.transpose() * e;
   }
@@ -281,9 +346,11 @@ PoseOnlyResult OptimizePose(const PoseOnlyProblem& problem, std::vector<PoseObse
   for (int round = 0; round < kRounds; ++round) {
     result.T_map_base = solver.Solve(result.T_map_base, round < kRobustRounds);
     solver.RefreshWhitening(result.T_map_base);
-    solver.Classify(result.T_map_base, &result);
+    const bool changed = solver.Classify(result.T_map_base, &result);
     constexpr int kFewestForAPose = 3;
     if (result.inliers < kFewestForAPose) break;
+    // All that took part are inliers, whose errors the kernel leaves alone: the next round would end where it begins.
+    if (!changed && problem.floor != PlanarMode::kSe2Xyz) break;
   }
   result.information = solver.Information(result.T_map_base);
   return result;

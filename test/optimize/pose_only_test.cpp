@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
+
 #include "planar_vslam/planar/preintegration.h"
 #include "support/synthetic_map.h"
 
@@ -84,6 +86,49 @@ TEST(OptimizePose, CovarianceCoversTheError) {
   // Mean of a chi-square with 6 dof over 40 runs: 6 +- 3 sigma of 0.55; the cut of the outlier test narrows it a
   // little.
   EXPECT_NEAR(squared / kRuns, 6.0, 1.8);
+}
+
+// J^T J of reprojection_factor.h's error at the solution, by central differences.
+TEST(OptimizePose, InformationIsThatOfTheInliers) {
+  Scene s = MakeScene(0.7);
+  for (std::size_t i = 0; i < s.observations.size(); i += 2) s.observations[i].sigma = 1.7;
+  for (std::size_t i = 0; i < s.observations.size(); i += 5) s.observations[i].pixel.x() += 40.0;
+  const PoseOnlyResult result = OptimizePose(s.problem, &s.observations);
+  Matrix6d expected = Matrix6d::Zero();
+  Vector6d gradient = Vector6d::Zero();
+  int inliers = 0;
+  for (const PoseObservation& o : s.observations) {
+    const auto error = [&](const Vector6d& step) -> Eigen::Vector2d {
+      const Rigid3 T_camera_map = (result.T_map_base * ExpSe3(step) * s.problem.T_base_camera).Inverse();
+      return (s.problem.camera.ProjectUndistorted(T_camera_map * o.p_map) - o.pixel) / o.sigma;
+    };
+    if (!o.inlier) continue;
+    ++inliers;
+    Eigen::Matrix<double, 2, 6> J;
+    constexpr double kStep = 1e-6;
+    for (int k = 0; k < 6; ++k) {
+      J.col(k) = (error(kStep * Vector6d::Unit(k)) - error(-kStep * Vector6d::Unit(k))) / (2.0 * kStep);
+    }
+    expected += J.transpose() * J;
+    gradient += J.transpose() * error(Vector6d::Zero());
+  }
+  EXPECT_EQ(inliers, result.inliers);
+  EXPECT_LT(inliers, static_cast<int>(s.observations.size()));
+  EXPECT_LT((result.information - expected).norm(), 1e-6 * expected.norm());
+  // What is left to go is far below what the pixels tell.
+  const Vector6d left = expected.ldlt().solve(gradient);
+  EXPECT_LT(left.dot(expected * left), 1e-4);
+}
+
+TEST(OptimizePose, StaysWhereItEnded) {
+  Scene s = MakeScene(0.7);
+  for (std::size_t i = 0; i < s.observations.size(); i += 4) s.observations[i].pixel.y() -= 25.0;
+  const PoseOnlyResult first = OptimizePose(s.problem, &s.observations);
+  s.problem.T_map_base = first.T_map_base;
+  for (PoseObservation& o : s.observations) o.inlier = true;
+  const PoseOnlyResult again = OptimizePose(s.problem, &s.observations);
+  EXPECT_EQ(again.inliers, first.inliers);
+  EXPECT_LT(Error(again.T_map_base, first.T_map_base), 2e-5);
 }
 
 TEST(OptimizePose, OdometryPriorCarriesWhatVisionDoesNotSee) {
