@@ -1,7 +1,6 @@
 #include "planar_vslam/planar/scan_matching.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -19,8 +18,9 @@ constexpr double kCorrelated = 6.0;
 
 // The points next to `i` in beam order that lie within kSurfaceRadius, without a jump in between.
 std::pair<std::size_t, std::size_t> Neighborhood(const std::vector<Eigen::Vector2d>& points, std::size_t i) {
+  constexpr double kRadius2 = kSurfaceRadius * kSurfaceRadius, kJump2 = 0.25 * kRadius2;
   const auto reaches = [&](std::size_t a, std::size_t b) {
-    return (points[b] - points[i]).norm() <= kSurfaceRadius && (points[b] - points[a]).norm() <= 0.5 * kSurfaceRadius;
+    return (points[b] - points[i]).squaredNorm() <= kRadius2 && (points[b] - points[a]).squaredNorm() <= kJump2;
   };
   std::size_t first = i, last = i;
   while (first > 0 && i - first < kSurfaceReach && reaches(first, first - 1)) --first;
@@ -43,6 +43,23 @@ bool IsCurved(const std::vector<Eigen::Vector2d>& points, std::size_t first, std
   return std::abs(middle / in_middle - ends / at_ends) > kSigmas * sigma * std::sqrt(1.0 / in_middle + 1.0 / at_ends);
 }
 
+// Of points around their mean: standard deviations along and across the line that fits best, and that line's normal.
+struct LineFit {
+  explicit LineFit(const Eigen::Matrix2d& covariance) {
+    const double half = 0.5 * (covariance(0, 0) - covariance(1, 1)), mixed = covariance(0, 1);
+    const double root = std::sqrt(half * half + mixed * mixed);
+    const double mean = 0.5 * covariance.trace();
+    along = std::sqrt(std::max(0.0, mean + root));
+    across = std::sqrt(std::max(0.0, mean - root));
+    if (root <= 0.0) return;
+    // cos(2 a) = half / root of the line's angle a; the larger of its cosine and sine comes first.
+    const double larger = std::sqrt(0.5 * (1.0 + std::abs(half) / root)), smaller = 0.5 * mixed / (root * larger);
+    normal = half >= 0.0 ? Eigen::Vector2d(-smaller, larger) : Eigen::Vector2d(-larger, smaller);
+  }
+  double along = 0.0, across = 0.0;  // m
+  Eigen::Vector2d normal = Eigen::Vector2d::UnitX();
+};
+
 ScanSurface SurfaceAt(const std::vector<Eigen::Vector2d>& points, std::size_t i, double sigma) {
   const auto [first, last] = Neighborhood(points, i);
   const auto count = static_cast<double>(last - first + 1);
@@ -53,14 +70,12 @@ ScanSurface SurfaceAt(const std::vector<Eigen::Vector2d>& points, std::size_t i,
   mean /= count;
   Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
   for (std::size_t k = first; k <= last; ++k) spread += (points[k] - mean) * (points[k] - mean).transpose();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(spread / count);
-  if (IsCurved(points, first, last, mean, eigen.eigenvectors().col(0), sigma)) return surface;
+  const LineFit line(spread / count);
   constexpr double kFlat = 1.5;  // sigmas across a surface that is a line
   constexpr double kLong = 3.0;  // times as long as thick
-  const double across = std::sqrt(std::max(0.0, eigen.eigenvalues()(0)));
-  const double along = std::sqrt(std::max(0.0, eigen.eigenvalues()(1)));
-  if (across > kFlat * sigma || along < kLong * std::max(across, 0.25 * sigma)) return surface;
-  return {mean, eigen.eigenvectors().col(0)};
+  if (line.across > kFlat * sigma || line.along < kLong * std::max(line.across, 0.25 * sigma)) return surface;
+  if (IsCurved(points, first, last, mean, line.normal, sigma)) return surface;
+  return {mean, line.normal};
 }
 
 // Reference points in square buckets, for the nearest one within a bucket's size.
