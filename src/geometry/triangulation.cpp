@@ -1,6 +1,6 @@
 #include "planar_vslam/geometry/triangulation.h"
 
-#include <Eigen/SVD>
+#include <Eigen/LU>
 #include <cmath>
 
 namespace planar_vslam {
@@ -17,6 +17,23 @@ Eigen::Matrix<double, 2, 3> PerpendicularRows(const Eigen::Vector3d& direction) 
   rows.row(0) = first;
   rows.row(1) = direction.cross(first);
   return rows;
+}
+
+// The unit vector x of least |A x|, up to its sign: the axis along which (A^T A)^-1 is longest by far, and the longer
+// the more often it is squared. Rows of A are no longer than a few units.
+Eigen::Vector4d LeastSingularVector(const Eigen::Matrix4d& A) {
+  constexpr double kLeast = 1e-15;  // keeps the inverse finite where the rays meet
+  constexpr int kSquarings = 6;     // (A^T A)^-64
+  Eigen::Matrix4d normal = A.transpose() * A;
+  normal.diagonal().array() += kLeast;
+  Eigen::Matrix4d power = normal.inverse();
+  for (int i = 0; i < kSquarings; ++i) {
+    power /= power.trace();
+    power *= power;
+  }
+  Eigen::Index longest = 0;
+  power.diagonal().maxCoeff(&longest);
+  return power.col(longest).normalized();
 }
 
 }  // namespace
@@ -38,8 +55,7 @@ std::optional<Eigen::Vector3d> TriangulateTwoRays(const Eigen::Vector3d& ray_a, 
   system.bottomLeftCorner<2, 3>() = rows_b;
   system.bottomRightCorner<2, 1>() = -rows_b * center_b;
 
-  const Eigen::JacobiSVD<Eigen::Matrix4d> svd(system, Eigen::ComputeFullV);
-  const Eigen::Vector4d homogeneous = svd.matrixV().col(3);
+  const Eigen::Vector4d homogeneous = LeastSingularVector(system);
   const Eigen::Vector3d point = homogeneous.head<3>() / homogeneous.w();
   if (!point.allFinite()) return std::nullopt;
   if (point.dot(direction_a) <= 0.0 || (point - center_b).dot(direction_b) <= 0.0) return std::nullopt;
