@@ -51,7 +51,8 @@ int Triangulate(Map* map, KeyframeId id, const MapperContext& context) {
 
 }  // namespace
 
-MappingOutcome MapKeyframe(const Map& snapshot, const KeyframeProposal& proposal, const MapperContext& context) {
+MappingOutcome MapKeyframe(const Map& snapshot, const KeyframeProposal& proposal, const MapperContext& context,
+                           const std::atomic<bool>* hurry) {
   MappingReport report;
   StageClock clock(&report.times);
   Map map = snapshot;
@@ -77,7 +78,7 @@ MappingOutcome MapKeyframe(const Map& snapshot, const KeyframeProposal& proposal
   clock.End("map.fuse");
 
   const BundleResult bundle =
-      AdjustBundle(map, LocalRequest(map, id, context.options), context.model, BundleSolver::kSchur);
+      AdjustBundle(map, LocalRequest(map, id, context.options), context.model, BundleSolver::kSchur, hurry);
   map = Apply(std::move(map), ToEdit(bundle));
   report.bundle = bundle;
   clock.End("map.bundle");

@@ -95,8 +95,9 @@ TrackResult Tracker::Track(const TrackInput& input, const Map& map) {
   }
   result.times = frame.times();
   if (!localized()) return result;
-  result.wants_keyframe =
-      input.may_make_keyframe && result.status != TrackingState::kLost && WantsKeyframe(input, map, result);
+  if (input.slot != KeyframeSlot::kNone && result.status != TrackingState::kLost && WantsKeyframe(input, map, result)) {
+    (input.slot == KeyframeSlot::kFree ? result.wants_keyframe : result.keyframe_waits) = true;
+  }
   if (result.wants_keyframe && result.inliers > 0) {
     const std::optional<FloorReading> reading = frame.ReadFloorOf(result);
     if (reading.has_value()) result.off_floor_since = floor_.Add(*reading);
@@ -119,7 +120,9 @@ bool Tracker::WantsKeyframe(const TrackInput& input, const Map& map, const Track
     return static_cast<int>(input.features->keypoints.size()) >= o.keyframe_min_features &&
            (moved.translation.norm() > kBlindDistance || angle > o.keyframe_angle);
   }
-  if (CountWellObserved(map, result.matches.landmarks) < o.keyframe_ratio * reference_landmarks_) return true;
+  const int seen = CountWellObserved(map, result.matches.landmarks);
+  const double ratio = seen >= o.keyframe_rich_view ? o.keyframe_rich_ratio : o.keyframe_ratio;
+  if (seen < ratio * reference_landmarks_) return true;
   return angle > o.keyframe_angle ||
          moved.translation.norm() > o.keyframe_distance * MedianDepth(map, result.matches.landmarks, T_map_camera);
 }

@@ -9,11 +9,12 @@
 namespace planar_vslam {
 namespace {
 
-BundleOutcome Solve(BundleProblem* problem, BundleSolver solver) {
+BundleOutcome Solve(BundleProblem* problem, BundleSolver solver, const std::atomic<bool>* hurry) {
   BundleLimits limits;
   limits.max_iterations = problem->options.max_iterations;
   if (solver == BundleSolver::kCeres) return SolveWithCeres(problem, limits);
   limits.relative_gain = problem->options.relative_gain;
+  limits.hurry = hurry;
   return SolveWithSchur(problem, limits);
 }
 
@@ -40,7 +41,7 @@ void Report(const BundleProblem& problem, BundleResult* result) {
 }  // namespace
 
 BundleResult AdjustBundle(const Map& map, const BundleRequest& request, const MeasurementModel& context,
-                          BundleSolver solver) {
+                          BundleSolver solver, const std::atomic<bool>* hurry) {
   BundleResult result;
   const Stopwatch build;
   BundleProblem problem = MakeBundleProblem(map, request, context);
@@ -52,16 +53,15 @@ BundleResult AdjustBundle(const Map& map, const BundleRequest& request, const Me
   }
   result.observations = problem.observations.size();
   const auto solve_and_classify = [&] {
-    Take(Solve(&problem, solver), &result);
+    Take(Solve(&problem, solver, hurry), &result);
     const Stopwatch classify;
     const std::size_t changed = Classify(&problem);
     result.times.push_back({"bundle.classify", classify.Milliseconds()});
     return changed;
   };
-  const auto changed = static_cast<double>(solve_and_classify());
-  const double share = solver == BundleSolver::kSchur ? context.options.changed_share : 0.0;
-  const bool settled = changed <= share * static_cast<double>(result.observations);
-  if (result.converged && context.options.drop_outliers && !settled) solve_and_classify();
+  const bool any = solve_and_classify() > 0;
+  const bool hurried = hurry != nullptr && hurry->load(std::memory_order_relaxed);
+  if (result.converged && context.options.drop_outliers && any && !hurried) solve_and_classify();
   if (result.converged) Report(problem, &result);
   return result;
 }

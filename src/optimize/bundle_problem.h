@@ -1,6 +1,7 @@
 #pragma once
 // The part of a map that takes part in a bundle adjustment, copied into flat arrays in id order: what both of its
 // solvers work on (schur_solver.h, bundle_ceres.h), so that they minimise the same cost.
+#include <atomic>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -71,7 +72,8 @@ std::size_t Classify(BundleProblem* problem);
 // When a solver ends.
 struct BundleLimits {
   int max_iterations = 5;
-  double relative_gain = 1e-5;  // of the cost by one step, below which the work ends
+  double relative_gain = 1e-5;               // of the cost by one step, below which the work ends
+  const std::atomic<bool>* hurry = nullptr;  // once it is set, the step at work is the last
 };
 
 // How a solver left the problem: at the least cost it found.

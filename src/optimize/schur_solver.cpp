@@ -102,6 +102,10 @@ BundleOutcome SolveWithSchur(BundleProblem* problem, const BundleLimits& limits)
       outcome.message = "gain below its limit";
       break;
     }
+    if (limits.hurry != nullptr && limits.hurry->load(std::memory_order_relaxed)) {
+      outcome.message = "in a hurry";
+      break;
+    }
     if (!moved && damping.exhausted()) {
       outcome.message = "no step lowers the cost";
       break;

@@ -110,10 +110,9 @@ FrameReport Estimator::Process(const FramePacket& packet) {
   report.stamp = packet.image.stamp;
   FollowMap(false, &report.times);
   std::shared_ptr<const Map> new_map;
-  const bool may_make_keyframe = session.mapping.has_value() && session.mapping->ready();
+  const KeyframeSlot slot = session.mapping.has_value() ? session.mapping->slot() : KeyframeSlot::kNone;
   const bool may_make_map = mode_ == RunMode::kMapping;
-  TrackedFrame frame =
-      session.localization.Locate(packet, may_make_keyframe, &report, may_make_map ? &new_map : nullptr);
+  TrackedFrame frame = session.localization.Locate(packet, slot, &report, may_make_map ? &new_map : nullptr);
   session.Count(report, frame.step);
   if (new_map != nullptr) {
     StartMapping(new_map, frame.step.has_value());

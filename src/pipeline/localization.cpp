@@ -52,7 +52,7 @@ void Localization::Follow(const MapChange& change) {
   if (change.accuracy.has_value()) accuracy_ = change.accuracy;
 }
 
-TrackedFrame Localization::Locate(const FramePacket& packet, bool may_make_keyframe, FrameReport* report,
+TrackedFrame Localization::Locate(const FramePacket& packet, KeyframeSlot slot, FrameReport* report,
                                   std::shared_ptr<const Map>* new_map) {
   TrackedFrame frame;
   const Stopwatch extracting;
@@ -66,7 +66,7 @@ TrackedFrame Localization::Locate(const FramePacket& packet, bool may_make_keyfr
     *new_map = Initialize(packet, &frame, report);
     report->times.push_back({"frame.initialize", tracking.Milliseconds()});
   } else {
-    Track(packet, may_make_keyframe, &frame, report);
+    Track(packet, slot, &frame, report);
     report->times.push_back({"frame.track", tracking.Milliseconds()});
   }
   return frame;
@@ -98,10 +98,9 @@ std::shared_ptr<const Map> Localization::Initialize(const FramePacket& packet, T
   return map_;
 }
 
-void Localization::Track(const FramePacket& packet, bool may_make_keyframe, TrackedFrame* frame, FrameReport* report) {
+void Localization::Track(const FramePacket& packet, KeyframeSlot slot, TrackedFrame* frame, FrameReport* report) {
   const bool was_localized = tracker_.localized();
-  frame->track = tracker_.Track(
-      {packet.image.stamp, frame->features, packet.T_base_camera, frame->step, may_make_keyframe}, *map_);
+  frame->track = tracker_.Track({packet.image.stamp, frame->features, packet.T_base_camera, frame->step, slot}, *map_);
   const TrackResult& track = frame->track;
   report->times.insert(report->times.end(), track.times.begin(), track.times.end());
   report->metric = map_->metric;

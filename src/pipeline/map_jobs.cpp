@@ -42,8 +42,8 @@ void AddBundle(const BundleSummary& bundle, MapChange* change) {
 }
 
 MapChange MapProposal(const Map& snapshot, const KeyframeProposal& proposal, const MapJobsContext& context,
-                      bool assess_scale) {
-  MappingOutcome outcome = MapKeyframe(snapshot, proposal, context.mapper);
+                      bool assess_scale, const std::atomic<bool>& hurry) {
+  MappingOutcome outcome = MapKeyframe(snapshot, proposal, context.mapper, &hurry);
   MapChange change;
   change.times = std::move(outcome.report.times);
   if (assess_scale) {
@@ -109,8 +109,9 @@ bool MapJobs::MayAssessScale() {
 }
 
 void MapJobs::AddKeyframe(KeyframeProposal proposal) {
+  hurry_.store(false, std::memory_order_relaxed);
   Write([this, snapshot = map_, assess_scale = MayAssessScale(),
-         proposal = std::move(proposal)] { return MapProposal(*snapshot, proposal, context_, assess_scale); },
+         proposal = std::move(proposal)] { return MapProposal(*snapshot, proposal, context_, assess_scale, hurry_); },
         false);
 }
 

@@ -27,6 +27,7 @@ bool Mapping::Add(const FramePacket& packet, TrackedFrame frame, const Trajector
     sweeps_.DropOnOdometry(trajectory);
   }
   sweeps_.Add(packet, *frame.number);
+  if (frame.track.keyframe_waits) jobs_.Hurry();
   if (!frame.track.wants_keyframe || jobs_.busy()) return false;
   Propose(packet, std::move(frame), trajectory);
   return true;

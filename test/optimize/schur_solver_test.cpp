@@ -140,6 +140,15 @@ TEST_P(SchurSolver, EndsAtOnceAtTheMinimum) {
   EXPECT_LE(again.final_cost, again.initial_cost);
 }
 
+TEST_P(SchurSolver, InAHurryItTakesOneStep) {
+  BundleProblem problem = Problem(12);
+  const std::atomic<bool> hurry{true};
+  const BundleOutcome outcome = SolveWithSchur(&problem, BundleLimits{50, 1e-15, &hurry});
+  EXPECT_TRUE(outcome.usable);
+  EXPECT_EQ(outcome.iterations, 2) << "the first evaluation, and a step";
+  EXPECT_LT(outcome.final_cost, outcome.initial_cost);
+}
+
 TEST_P(SchurSolver, NeverRaisesTheCost) {
   for (int iterations = 1; iterations < 8; ++iterations) {
     BundleProblem problem = Problem(11);

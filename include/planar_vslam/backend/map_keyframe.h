@@ -114,6 +114,8 @@ struct MappingOutcome {
   MappingReport report;
 };
 
-MappingOutcome MapKeyframe(const Map& snapshot, const KeyframeProposal& proposal, const MapperContext& context);
+// `hurry` is for the bundle adjustment (bundle_adjustment.h).
+MappingOutcome MapKeyframe(const Map& snapshot, const KeyframeProposal& proposal, const MapperContext& context,
+                           const std::atomic<bool>* hurry = nullptr);
 
 }  // namespace planar_vslam

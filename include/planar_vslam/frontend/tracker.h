@@ -31,6 +31,8 @@ struct TrackerOptions {
   double nearby_distance = 2.0;
   double nearby_angle = DegreesToRadians(40.0);
   double keyframe_ratio = 0.75;
+  int keyframe_rich_view = 200;
+  double keyframe_rich_ratio = 0.6;
   double keyframe_distance = 0.12;
   double keyframe_angle = DegreesToRadians(12.0);
   int keyframe_min_gap = 2;
@@ -57,6 +59,10 @@ struct TrackerOptions {
       "...when they look this much the same way");
     v("keyframe_ratio", o.keyframe_ratio, unit::kNone, bound::Between(0.0, 1.0),
       "new keyframe when fewer than this share of the reference's landmarks remain...");
+    v("keyframe_rich_view", o.keyframe_rich_view, unit::kNone, bound::AtLeast(0),
+      "...where as many landmarks are in view...", Origin::kFitted);
+    v("keyframe_rich_ratio", o.keyframe_rich_ratio, unit::kNone, bound::Between(0.0, 1.0),
+      "...fewer than this share: halls need fresh landmarks sooner than laboratories...", Origin::kFitted);
     v("keyframe_distance", o.keyframe_distance, unit::kNone, bound::Positive(),
       "...or the camera moved this share of the median depth...");
     v("keyframe_angle_deg", o.keyframe_angle, unit::kDegrees, bound::Positive(), "...or turned this much");
@@ -75,12 +81,19 @@ struct TrackerContext {
   double pixel_sigma = 1.0;  // px, of a keypoint at full resolution
 };
 
+// Whether a frame may become a keyframe.
+enum class KeyframeSlot {
+  kNone,   // the map does not grow
+  kTaken,  // the keyframe before is still being mapped
+  kFree,
+};
+
 struct TrackInput {
   Timestamp stamp;
   FrameFeaturesPtr features;
   Rigid3 T_base_camera;
   std::optional<PlanarMotion> odometry;  // since the last tracked frame
-  bool may_make_keyframe = true;         // no keyframe is wanted while the last one is still being mapped
+  KeyframeSlot slot = KeyframeSlot::kFree;
 };
 
 struct TrackResult {
@@ -94,9 +107,10 @@ struct TrackResult {
   bool odometry_rejected = false;  // vision and odometry disagreed (slip): odometry did not take part
   Eigen::Vector3d slip =
       Eigen::Vector3d::Zero();  // then, what odometry missed: right tangent [x, y, angle] of its pose
-  bool wants_keyframe = false;
-  bool jumped = false;   // found far from where the frames before led: no motion leads here from them
-  bool on_floor = true;  // whether the floor prior took part
+  bool wants_keyframe = false;  // and may
+  bool keyframe_waits = false;  // would want, were the slot not taken
+  bool jumped = false;          // found far from where the frames before led: no motion leads here from them
+  bool on_floor = true;         // whether the floor prior took part
   std::optional<Timestamp> off_floor_since;  // the floor was left, as this frame tells, then (floor_monitor.h)
   FrameMatches matches;                      // inliers only
   StageTimes times;                          // "track.match", "track.pose", "track.place_search"

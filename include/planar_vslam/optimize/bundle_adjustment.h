@@ -5,6 +5,7 @@
 // over base poses T_map_base (camera through T_base_camera at that stamp) and points. Values in, values out.
 // With planar.mode se2_xyz or hard, free keyframes on the floor are put on it and keep 3 dof, without e_planar; with
 // se2_xyz the reprojections of all keyframes on the floor are weighted by planar_reprojection_factor.h, anew a round.
+#include <atomic>
 #include <cstddef>
 #include <string>
 #include <utility>
@@ -23,7 +24,6 @@ namespace planar_vslam {
 struct BundleOptions {
   int max_iterations = 5;
   double relative_gain = 1e-3;
-  double changed_share = 0.01;
   bool drop_outliers = true;
   // Cauchy, Mahalanobis norms of the two parts of a link (relative_pose_factor.h): what slipped pulls at nothing, and
   // what is not level (a ramp, a car that pitches) is no slip.
@@ -36,9 +36,7 @@ struct BundleOptions {
     v("max_iterations", o.max_iterations, unit::kNone, bound::AtLeast(1), "of each of its two rounds");
     v("relative_gain", o.relative_gain, unit::kNone, bound::AtLeast(0.0),
       "of the cost by one step, below which the adjustment of a neighbourhood ends", Origin::kFitted);
-    v("drop_outliers", o.drop_outliers, "second round without observations beyond the 95 % limit");
-    v("changed_share", o.changed_share, unit::kNone, bound::AtLeast(0.0),
-      "of a neighbourhood's observations, that have to be beyond it for a second round", Origin::kFitted);
+    v("drop_outliers", o.drop_outliers, "second round without observations beyond the 95 % limit, where there are any");
     v("odometry_loss", o.odometry_loss, unit::kNone, bound::Positive(),
       "Mahalanobis norm beyond which a link of wheels or laser counts less", Origin::kFitted);
     v("tilt_loss", o.tilt_loss, unit::kNone, bound::Positive(),
@@ -89,9 +87,10 @@ enum class BundleSolver {
   kCeres,  // for whole maps: sparse beyond about sixty free keyframes
 };
 
-// Deterministic: one thread, sums in the order of ids.
+// Deterministic: one thread, sums in the order of ids. Once `hurry` is set, by another thread, kSchur ends with the
+// iteration at work: somebody waits.
 BundleResult AdjustBundle(const Map& map, const BundleRequest& request, const MeasurementModel& context,
-                          BundleSolver solver);
+                          BundleSolver solver, const std::atomic<bool>* hurry = nullptr);
 
 // The result as changes to the map: poses, points, outlier observations erased.
 MapEdit ToEdit(const BundleResult& result);

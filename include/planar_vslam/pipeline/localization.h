@@ -33,7 +33,7 @@ class Localization {
   // The pose of the packet's frame. While there is no map a new one may come of it, which `new_map` is given; it counts
   // from then on. Where `new_map` is null, frames wait for a map. Fills in the report but for T_map_odom, keyframe and
   // total_ms.
-  TrackedFrame Locate(const FramePacket& packet, bool may_make_keyframe, FrameReport* report,
+  TrackedFrame Locate(const FramePacket& packet, KeyframeSlot slot, FrameReport* report,
                       std::shared_ptr<const Map>* new_map);
 
   const std::shared_ptr<const Map>& map() const { return map_; }
@@ -41,7 +41,7 @@ class Localization {
 
  private:
   std::shared_ptr<const Map> Initialize(const FramePacket& packet, TrackedFrame* frame, FrameReport* report);
-  void Track(const FramePacket& packet, bool may_make_keyframe, TrackedFrame* frame, FrameReport* report);
+  void Track(const FramePacket& packet, KeyframeSlot slot, TrackedFrame* frame, FrameReport* report);
   void Record(const FramePacket& packet, bool was_localized, TrackedFrame* frame);
 
   const PipelineOptions options_;

@@ -5,6 +5,7 @@
 //   searcher  looks for loops and closes them, adjusts the map as a whole: long jobs on a snapshot. What they find is a
 //             correction, which the writer puts into the map as it is by then (map_correction.h)
 // With the inline schedule each job runs when it is asked for, and the map is never older than its correction.
+#include <atomic>
 #include <functional>
 #include <future>
 #include <memory>
@@ -40,6 +41,8 @@ class MapJobs {
 
   // The writer must not be busy.
   void AddKeyframe(KeyframeProposal proposal);
+  // The next keyframe waits for the one at work, which is finished in less detail.
+  void Hurry() { hurry_.store(true, std::memory_order_relaxed); }
   // Multiplies the unscaled map by exp(log_scale); it is adjusted as a whole next.
   void MakeMetric(double log_scale, Timestamp stamp);
   // As soon as the searcher is free.
@@ -80,7 +83,8 @@ class MapJobs {
   std::vector<std::shared_ptr<const Map>> retired_;  // big maps are taken apart on the writer's thread
   std::optional<Writing> writing_;
   std::optional<std::future<Found>> searching_;
-  std::optional<Found> correction_;              // waits for the writer
+  std::optional<Found> correction_;  // waits for the writer
+  std::atomic<bool> hurry_{false};
   bool look_back_due_ = false;                   // a keyframe came that the searcher has not seen
   std::optional<int> adjust_due_;                // the whole map, with at most so many iterations
   std::unique_ptr<Executor> searcher_, writer_;  // last: their jobs end before the rest goes

@@ -29,8 +29,8 @@ class Mapping {
   Mapping(const MapJobsContext& context, std::shared_ptr<const Map> map, Schedule schedule, bool may_link);
 
   const std::shared_ptr<const Map>& map() const { return jobs_.map(); }
-  // Whether a frame may become a keyframe now: the one before is in the map.
-  bool ready() const { return !jobs_.busy(); }
+  // Free once the keyframe before is in the map.
+  KeyframeSlot slot() const { return jobs_.busy() ? KeyframeSlot::kTaken : KeyframeSlot::kFree; }
   // While the map is not metric: what its scale waits for.
   const std::string& scale_missing() const { return scale_missing_; }
 
