@@ -219,7 +219,7 @@ Eigen::Matrix3d MapDrift::Settled::CovarianceOfNewest(const Map& map, const MapT
   const Eigen::Index at_border = 3 * static_cast<Eigen::Index>(border_.size());
   const auto position = [&](Eigen::Index k) { return k < at_border ? k : positions.systematic() + k - at_border; };
   for (Eigen::Index r = 0; r < information_.rows(); ++r) {
-    for (Eigen::Index c = 0; c < information_.cols(); ++c) {
+    for (Eigen::Index c = 0; c <= r; ++c) {
       entries.emplace_back(position(r), position(c), information_(r, c));
     }
   }

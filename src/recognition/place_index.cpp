@@ -14,22 +14,26 @@ PlaceIndex::PlaceIndex(const Map& map, const std::vector<LandmarkId>& among) {
 }
 
 void PlaceIndex::Update(const Map& map) {
-  auto landmark = map.landmarks.begin();
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < landmarks_.size() && landmark != map.landmarks.end(); ++i) {
-    if (landmark->first < landmarks_[i]) break;     // a map grows at its end: this is another one
-    if (landmark->first > landmarks_[i]) continue;  // entry i is gone
-    if (kept != i) {
-      landmarks_[kept] = landmarks_[i];
-      std::swap(seen_by_[kept], seen_by_[i]);
+  std::vector<LandmarkId> gone;
+  bool grew_at_its_end = true;  // as a map does: else this is another one
+  map.landmarks.VisitChanges(known_, [&](LandmarkId id, const Landmark* before, const Landmark* now) {
+    const auto at = std::lower_bound(landmarks_.begin(), landmarks_.end(), id);
+    if (now == nullptr) {
+      gone.push_back(id);
+    } else if (before != nullptr) {
+      Refresh(static_cast<std::size_t>(at - landmarks_.begin()), *now);
+    } else if (at == landmarks_.end()) {
+      Append(id, *now);
+    } else {
+      grew_at_its_end = false;
     }
-    Refresh(kept++, landmark->second);
-    ++landmark;
+  });
+  if (grew_at_its_end) {
+    Remove(gone);
+  } else {
+    *this = PlaceIndex(map, map.landmarks.Ids());
   }
-  landmarks_.resize(kept);
-  descriptors_.resize(kept);
-  seen_by_.resize(kept);
-  for (; landmark != map.landmarks.end(); ++landmark) Append(landmark->first, landmark->second);
+  known_ = map.landmarks;
 }
 
 std::vector<KeyframeId> PlaceIndex::Resembling(const FrameFeatures& features, std::size_t limit) const {
@@ -50,6 +54,23 @@ void PlaceIndex::Append(LandmarkId id, const Landmark& landmark) {
   descriptors_.emplace_back();
   seen_by_.emplace_back();
   Refresh(landmarks_.size() - 1, landmark);
+}
+
+void PlaceIndex::Remove(const std::vector<LandmarkId>& gone) {
+  if (gone.empty()) return;
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < landmarks_.size(); ++i) {
+    if (std::binary_search(gone.begin(), gone.end(), landmarks_[i])) continue;
+    if (kept != i) {
+      landmarks_[kept] = landmarks_[i];
+      descriptors_[kept] = descriptors_[i];
+      std::swap(seen_by_[kept], seen_by_[i]);
+    }
+    ++kept;
+  }
+  landmarks_.resize(kept);
+  descriptors_.resize(kept);
+  seen_by_.resize(kept);
 }
 
 void PlaceIndex::Refresh(std::size_t i, const Landmark& landmark) {

@@ -3,9 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <random>
 #include <set>
 
 #include "planar_vslam/map/map_edit.h"
+#include "support/random_map.h"
 #include "support/synthetic_map.h"
 
 namespace planar_vslam {
@@ -29,6 +32,32 @@ TEST_F(QueriesTest, NearbyKeyframesAreNearestFirstWithinDistanceAndAngle) {
   const Rigid3 looking_right =
       T_map_camera_ * Rigid3(ExpSo3(Eigen::Vector3d(0.0, M_PI / 2.0, 0.0)), Eigen::Vector3d::Zero());
   EXPECT_TRUE(NearbyKeyframes(world_.map, looking_right, 0.38, DegreesToRadians(30.0), 10).empty());
+}
+
+// Whether or not the grid and a first look close by leave most of the map alone.
+TEST(Queries, NearbyKeyframesAreThoseOfAllThatAreNearest) {
+  std::mt19937 generator(17);
+  Map map = test::RandomMap(generator, 60, 4);
+  std::uniform_real_distribution<double> distance(0.0, 6.0), angle(0.2, M_PI);
+  for (int round = 0; round < 200; ++round) {
+    map = Apply(std::move(map), {SetKeyframePose{KeyframeId{test::RandomIndex(generator, 60)},
+                                                 test::RandomKeyframe(generator, 1).T_map_base}});
+    const Rigid3 T_map_camera = test::RandomKeyframe(generator, 1).T_map_base;
+    const double within = distance(generator), turned = angle(generator);
+    std::vector<std::pair<double, KeyframeId>> all;
+    for (const auto& [id, keyframe] : map.keyframes) {
+      const Rigid3 T = keyframe.T_map_camera();
+      const Eigen::Vector3d axis = T_map_camera.rotation * Eigen::Vector3d::UnitZ();
+      const double d = (T.translation - T_map_camera.translation).norm();
+      if (d <= within && axis.dot(T.rotation * Eigen::Vector3d::UnitZ()) >= std::cos(turned)) all.emplace_back(d, id);
+    }
+    std::sort(all.begin(), all.end());
+    for (const std::size_t limit : {std::size_t{3}, map.keyframes.size()}) {
+      const std::vector<KeyframeId> near = NearbyKeyframes(map, T_map_camera, within, turned, limit);
+      ASSERT_EQ(near.size(), std::min(limit, all.size()));
+      for (std::size_t k = 0; k < near.size(); ++k) EXPECT_EQ(near[k], all[k].second);
+    }
+  }
 }
 
 TEST_F(QueriesTest, VotedKeyframesSeeMostOfTheLandmarks) {

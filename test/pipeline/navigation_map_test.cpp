@@ -90,7 +90,7 @@ TEST(NavigationMap, OnlyWhatMovedIsIntegratedAnew) {
   NavigationMap navigation(MapBuilderOptions{}, LandmarkAcceptance{}, NavigationTolerance::For(0.05));
   navigation.Update(world.map, world.camera);
   Map map = world.map;
-  map.keyframes.At(KeyframeId{5}).sweeps.pop_back();
+  map.keyframes.Edit(KeyframeId{5}).sweeps.pop_back();
   EXPECT_EQ(navigation.Update(map, world.camera), 1);
 }
 

@@ -16,7 +16,8 @@ class PlaceIndex {
   // Of the landmarks `among`, all in the map, ascending.
   PlaceIndex(const Map& map, const std::vector<LandmarkId>& among);
 
-  // Makes it one of all landmarks of `map`: the same as one newly made. Cheap beside a search where little changed.
+  // Makes it one of all landmarks of `map`: the same as one newly made. What has not changed since the
+  // last call is not looked at again.
   void Update(const Map& map);
 
   // The keyframes that look most like the image, at most `limit`, best first, ties by smaller id.
@@ -30,7 +31,10 @@ class PlaceIndex {
   void Append(LandmarkId id, const Landmark& landmark);
   // What entry i says of the landmark, as it is now.
   void Refresh(std::size_t i, const Landmark& landmark);
+  // `gone` ascending.
+  void Remove(const std::vector<LandmarkId>& gone);
 
+  IdMap<LandmarkId, Landmark> known_;             // those of the map of the last Update()
   std::vector<LandmarkId> landmarks_;             // ascending
   std::vector<Descriptor> descriptors_;           // of each
   std::vector<std::vector<KeyframeId>> seen_by_;  // ...and the keyframes that observe it
