@@ -1,6 +1,7 @@
 #pragma once
 // Keypoints of an image, to be asked which of them may lie on a line: those near an epipolar line, for hundreds of
-// lines. They are kept in blocks of neighbours, and a line that passes a block by is compared with none in it.
+// lines. They are kept in blocks of neighbours, and a line that passes a block by is compared with none in it. Several
+// are compared at once, and nothing branches on one comparison: no processor foresees where a line goes.
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
@@ -21,18 +22,28 @@ class LineSearch {
   void Find(const Eigen::Vector3f& line, std::vector<int>* indices) const;
 
  private:
-  static constexpr std::size_t kBlock = 16;
-  // One array a coordinate, so that the compiler can compare several keypoints at once.
-  struct Block {
-    std::array<float, kBlock> x{}, y{};                // px
-    std::array<float, kBlock> squared_reach{};         // px^2; negative where the block has no more keypoints
-    std::array<std::int32_t, kBlock> index{};          // of the keypoint
-    Eigen::Vector2f center = Eigen::Vector2f::Zero();  // px
-    float squared_radius = 0.0F;                       // px^2, around the centre: no line beyond it reaches a keypoint
+  static constexpr std::size_t kLanes = 8;
+  using Lanes = std::array<float, kLanes>;
+  struct Keypoints {
+    Lanes x{}, y{};         // px
+    Lanes squared_reach{};  // px^2; negative where there is no keypoint
+    std::array<std::int32_t, kLanes> index{};
   };
-  static Block MakeBlock(const std::vector<Keypoint>& keypoints, const int* begin, const int* end,
-                         const std::vector<float>& squared_reach);
+  static constexpr std::size_t kParts = 2;
+  using Block = std::array<Keypoints, kParts>;
+  // The boxes around the keypoints of so many blocks. A line that stays off by more than `reach` is near none of them.
+  struct Boxes {
+    Lanes x{}, y{};                     // px, centre
+    Lanes half_width{}, half_height{};  // px
+    Lanes reach{};                      // px; far below zero where there is no block
+  };
+
+  void Add(const std::vector<Keypoint>& keypoints, const int* begin, const int* end,
+           const std::vector<float>& squared_reach);
+  void SetBox(const Eigen::Vector2f& lower, const Eigen::Vector2f& upper, float squared_reach);
+
   std::vector<Block> blocks_;
+  std::vector<Boxes> boxes_;
 };
 
 }  // namespace planar_vslam
