@@ -219,11 +219,11 @@ class IdMap {
 template <class IdType, class Value>
 class IdMap<IdType, Value>::Iterator {
  public:
-  using iterator_category = std::bidirectional_iterator_tag;
-  using value_type = Entry;
-  using difference_type = std::ptrdiff_t;
-  using pointer = const Entry*;
-  using reference = const Entry&;
+  using iterator_category = std::bidirectional_iterator_tag;  // NOLINT(readability-identifier-naming): the standard's
+  using value_type = Entry;                                   // NOLINT(readability-identifier-naming): the standard's
+  using difference_type = std::ptrdiff_t;                     // NOLINT(readability-identifier-naming): the standard's
+  using pointer = const Entry*;                               // NOLINT(readability-identifier-naming): the standard's
+  using reference = const Entry&;                             // NOLINT(readability-identifier-naming): the standard's
 
   Iterator() = default;
   Iterator(const IdMap* map, const Entry* entry) : map_(map), entry_(entry) {}
