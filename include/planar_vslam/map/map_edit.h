@@ -35,9 +35,9 @@ struct EraseLandmarks {
   std::vector<LandmarkId> ids;
 };
 // Its observations go; the odometry link of a later keyframe that pointed at it is re-composed across it, or
-// dropped when it has no link itself. Its laser sweeps go to the keyframe before it (the one after it, for the first), or
-// the nearest where that one is far, and stay where they were in the map. They are dropped with the last keyframe; of
-// those taken at a place on visit after visit the oldest are dropped (src/map/sweeps.h). Laser links across it are
+// dropped when it has no link itself. Its laser sweeps go to the keyframe before it (the one after it, for the first),
+// or the nearest where that one is far, and stay where they were in the map. They are dropped with the last keyframe;
+// of those taken at a place on visit after visit the oldest are dropped (src/map/sweeps.h). Laser links across it are
 // re-composed like odometry links where there is one to continue from, and dropped else.
 struct EraseKeyframe {
   KeyframeId id;
