@@ -8,6 +8,7 @@
 #include <random>
 #include <set>
 
+#include "planar_vslam/feature/hamming.h"
 #include "test_images.h"
 
 namespace planar_vslam {
@@ -214,20 +215,20 @@ TEST(MatchWithinRadius, FollowsAShiftedImage) {
   EXPECT_GT(static_cast<double>(correct), 0.95 * static_cast<double>(matches.size()));
 }
 
-TEST(DescriptorDistances, AreTheHammingDistancesOfTheIndicesInTheirOrder) {
+TEST(HammingDistances, AreTheHammingDistancesOfTheIndicesInTheirOrder) {
   std::mt19937 generator(11);
   std::vector<Descriptor> descriptors(20);
   for (Descriptor& d : descriptors) d = RandomDescriptor(generator);
   const Descriptor query = WithFlippedBits(descriptors[7], 13);
   const std::vector<int> indices{7, 0, 19, 7, 3};
   std::vector<int> distances(100, -1);
-  DescriptorDistances(query, descriptors, indices, &distances);
+  HammingDistances(query, descriptors, indices, &distances);
   ASSERT_EQ(distances.size(), indices.size());
   EXPECT_EQ(distances[0], 13);
   for (std::size_t k = 0; k < indices.size(); ++k) {
     EXPECT_EQ(distances[k], HammingDistance(query, descriptors[static_cast<std::size_t>(indices[k])]));
   }
-  DescriptorDistances(query, descriptors, {}, &distances);
+  HammingDistances(query, descriptors, {}, &distances);
   EXPECT_TRUE(distances.empty());
 }
 

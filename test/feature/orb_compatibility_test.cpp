@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "instruction_set.h"
+#include "planar_vslam/feature/instruction_set.h"
 #include "support/support.h"
 #include "test_images.h"
 

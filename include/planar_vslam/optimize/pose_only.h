@@ -1,9 +1,9 @@
 #pragma once
 // Pose of one frame against fixed landmarks: robust Levenberg-Marquardt on 6 unknowns, normal equations accumulated
 // point by point in the camera's axes, no heap traffic but for the weights of se2_xyz. Up to four rounds re-classify
-// outliers (chi-square, 2 dof, 95 %); the Huber kernel is dropped in the last two. But for se2_xyz, a round that changes
-// no class is the last one: all errors that took part are below where the kernel begins, and the problem of the next
-// round has the same minimum.
+// outliers (chi-square, 2 dof, 95 %); the Huber kernel is dropped in the last two. But for se2_xyz, a round that
+// changes no class is the last one: all errors that took part are below where the kernel begins, and the problem of the
+// next round has the same minimum.
 //
 // With `floor` se2_xyz or hard the pose is put on the floor and has 3 unknowns, steps E d (pose_manifold.h). With
 // se2_xyz each error is weighted by the W of planar_reprojection_factor.h, computed anew in every round. The prior then
