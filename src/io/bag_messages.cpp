@@ -101,7 +101,8 @@ Expected<CameraModel> ToCameraModel(const sensor_msgs::CameraInfo& info, const s
 Expected<GrayImage> ToGrayImage(const sensor_msgs::CompressedImage& image) {
   std::optional<GrayImage> gray = DecodeImage(image.data);
   if (gray.has_value()) return std::move(*gray);
-  return Error{fmt::format("image of {} bytes, format '{}', not decodable", image.data.size(), image.format)};
+  return Error{fmt::format("image of {} bytes, format '{}', not decodable; expected {}", image.data.size(),
+                           image.format, kImageFormats)};
 }
 
 Expected<GrayImage> ToGrayImage(const sensor_msgs::Image& image) {

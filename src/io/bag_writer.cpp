@@ -8,10 +8,10 @@
 #include <sensor_msgs/LaserScan.h>
 #include <tf2_msgs/TFMessage.h>
 
-#include <opencv2/imgcodecs.hpp>
 #include <string>
 
 #include "planar_vslam/io/value_messages.h"
+#include "planar_vslam/sensor/jpeg.h"
 
 namespace planar_vslam {
 namespace {
@@ -98,9 +98,15 @@ void BagWriter::Write(const CameraFrame& frame) {
   message.header.stamp = stamp;
   message.header.frame_id = kCamera;
   message.format = "jpeg";
-  // The header only lends the pixels; imencode does not write to them.
-  const cv::Mat pixels(image.height, image.width, CV_8U, const_cast<std::uint8_t*>(image.pixels->data()));
-  cv::imencode(".jpg", pixels, message.data, {cv::IMWRITE_JPEG_QUALITY, kJpegQuality});
+  std::optional<std::vector<std::uint8_t>> bytes = EncodeJpeg(image, kJpegQuality);
+  if (!bytes.has_value()) {
+    if (!impl_->error.has_value()) {
+      impl_->error =
+          Error{fmt::format("{}: an image of {}x{} px cannot be JPEG", impl_->path, image.width, image.height)};
+    }
+    return;
+  }
+  message.data = std::move(*bytes);
   sensor_msgs::CameraInfo info = io::ToCameraInfo(impl_->robot.camera);
   info.header = message.header;
   impl_->Write("/camera/image_raw/compressed", stamp, message);

@@ -69,7 +69,7 @@ std::optional<CameraFrame> FolderRecording::LoadImage(const ImageFile& file) {
   }
   std::optional<GrayImage> image = DecodeImageFile(file.path);
   if (!image.has_value()) {
-    skipped_.Count("image not decodable", file.path.string());
+    skipped_.Count("image not decodable", fmt::format("{}; expected {}", file.path.string(), kImageFormats));
     return std::nullopt;
   }
   if (image->width != info_.camera.width || image->height != info_.camera.height) {
@@ -94,8 +94,8 @@ std::optional<Error> CheckImageSize(FolderContents* contents) {
     return Error{fmt::format("{}: {}x{} px; expected {}x{} as {} says", file.path.string(), image->width, image->height,
                              camera.width, camera.height, contents->calibration_file.string())};
   }
-  return Error{fmt::format("{}: missing or not decodable, and so is every other listed image",
-                           contents->images.front().path.string())};
+  return Error{fmt::format("{}: missing or not decodable, and so is every other listed image; expected {}",
+                           contents->images.front().path.string(), kImageFormats)};
 }
 
 }  // namespace

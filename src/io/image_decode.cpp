@@ -4,8 +4,11 @@
 
 #include <fstream>
 #include <iterator>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+
+#include "planar_vslam/sensor/jpeg.h"
+#include "png_decode.h"
+#include "pnm_decode.h"
 
 namespace planar_vslam::io {
 namespace {
@@ -64,14 +67,11 @@ cv::Mat HighBytes(const RawImage& raw) {
 }  // namespace
 
 std::optional<GrayImage> DecodeImage(const std::vector<std::uint8_t>& bytes) {
+  constexpr std::uint8_t kJpeg = 0xff, kPng = 0x89;
   if (bytes.empty()) return std::nullopt;
-  try {
-    const cv::Mat gray = cv::imdecode(bytes, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
-    if (gray.empty()) return std::nullopt;
-    return ToGrayImage(gray);
-  } catch (const cv::Exception&) {
-    return std::nullopt;
-  }
+  if (bytes[0] == kJpeg) return DecodeJpeg(bytes);
+  if (bytes[0] == kPng) return DecodePng(bytes);
+  return DecodePnm(bytes);
 }
 
 std::optional<GrayImage> DecodeImageFile(const std::filesystem::path& path) {

@@ -11,8 +11,10 @@
 
 namespace planar_vslam::io {
 
-// JPEG, PNG, ... in memory, in the sensor's own orientation (EXIF turns would not match the intrinsics); nothing when
-// it cannot be decoded.
+constexpr char kImageFormats[] = "JPEG, PNG, binary PGM or PPM";  // those that are read
+
+// An image file in memory, in the sensor's own orientation (EXIF turns would not match the intrinsics); nothing when it
+// cannot be decoded.
 std::optional<GrayImage> DecodeImage(const std::vector<std::uint8_t>& bytes);
 
 // The same of a file.

@@ -4,8 +4,8 @@
 
 #include <cmath>
 #include <fstream>
-#include <opencv2/imgcodecs.hpp>
 
+#include "planar_vslam/sensor/jpeg.h"
 #include "planar_vslam/sim/solids.h"
 #include "planar_vslam/sim/truth_grid.h"
 
@@ -88,14 +88,13 @@ class Writer {
     return file;
   }
   void WriteJpeg(const GrayImage& image, const fs::path& path) {
-    // The header only lends the pixels; imencode does not write to them.
-    const cv::Mat pixels(image.height, image.width, CV_8U, const_cast<std::uint8_t*>(image.pixels->data()));
-    std::vector<unsigned char> bytes;
-    const bool encoded = cv::imencode(".jpg", pixels, bytes, {cv::IMWRITE_JPEG_QUALITY, kJpegQuality});
     std::ofstream file(path, std::ios::binary);
-    file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    const std::optional<std::vector<std::uint8_t>> bytes = EncodeJpeg(image, kJpegQuality);
+    if (bytes.has_value()) {
+      file.write(reinterpret_cast<const char*>(bytes->data()), static_cast<std::streamsize>(bytes->size()));
+    }
     file.close();
-    if ((!encoded || !file) && failed_.empty()) failed_ = path;
+    if ((!bytes.has_value() || !file) && failed_.empty()) failed_ = path;
   }
 
   fs::path folder_;

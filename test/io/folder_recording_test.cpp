@@ -168,7 +168,7 @@ TEST_F(DatasetFolder, ImagesMustFitTheCalibration) {
   cv::imwrite((path() / "images/0.png").string(), test::RampImage(64, 48));
   ExpectInError(OpenError(path()), {"images/0.png", "64x48", "32x24", "calibration.yaml"});
   for (int i = 0; i < 4; ++i) fs::remove(path() / ("images/" + std::to_string(i) + ".png"));
-  ExpectInError(OpenError(path()), {"images/0.png", "missing"});
+  ExpectInError(OpenError(path()), {"images/0.png", "missing", "JPEG, PNG"});
   WriteText(path() / "images.csv", "#t,file\n");
   ExpectInError(OpenError(path()), {"images.csv", "no images"});
 }
