@@ -8,6 +8,13 @@
 #include "planar_vslam/planar/scale_recovery.h"
 
 namespace planar_vslam {
+namespace {
+
+constexpr std::size_t kWellObserved = 2;  // keyframes
+constexpr std::size_t kConfirmed = 3;     // one more than it takes to place a landmark
+constexpr std::size_t kYoungMap = 30;     // keyframes: the ruler of all that follows, not to be made of few
+
+}  // namespace
 
 Rigid3 LastFrame::ReferencePose(const Map& map) const {
   const Keyframe* keyframe = map.keyframes.Find(reference);
@@ -55,7 +62,7 @@ void Tracker::OnKeyframe(const Map& map, KeyframeId keyframe, const Rigid3& T_ke
   last_->T_ref_base = T_keyframe_last;
   const std::vector<LandmarkId> landmarks = ValidOnly(k.landmarks);
   if (last_->tracked) last_->landmarks = landmarks;
-  reference_landmarks_ = CountWellObserved(map, landmarks);
+  reference_landmarks_ = CountObserved(map, landmarks, kWellObserved);
   frames_since_keyframe_ = 0;
 }
 
@@ -120,9 +127,10 @@ bool Tracker::WantsKeyframe(const TrackInput& input, const Map& map, const Track
     return static_cast<int>(input.features->keypoints.size()) >= o.keyframe_min_features &&
            (moved.translation.norm() > kBlindDistance || angle > o.keyframe_angle);
   }
-  const int seen = CountWellObserved(map, result.matches.landmarks);
-  const double ratio = seen >= o.keyframe_rich_view ? o.keyframe_rich_ratio : o.keyframe_ratio;
-  if (seen < ratio * reference_landmarks_) return true;
+  const std::vector<LandmarkId>& seen = result.matches.landmarks;
+  const bool rich = map.keyframes.size() >= kYoungMap && CountObserved(map, seen, kConfirmed) >= o.keyframe_rich_view;
+  const double ratio = rich ? o.keyframe_rich_ratio : o.keyframe_ratio;
+  if (CountObserved(map, seen, kWellObserved) < ratio * reference_landmarks_) return true;
   return angle > o.keyframe_angle ||
          moved.translation.norm() > o.keyframe_distance * MedianDepth(map, result.matches.landmarks, T_map_camera);
 }
@@ -133,7 +141,7 @@ void Tracker::Anchor(const Map& map, KeyframeId reference, const Rigid3& T_map_b
   last_->reference = reference;
   last_->T_map_ref = keyframe.T_map_base;
   last_->T_ref_base = keyframe.T_map_base.Inverse() * T_map_base;
-  reference_landmarks_ = CountWellObserved(map, keyframe.landmarks);
+  reference_landmarks_ = CountObserved(map, keyframe.landmarks, kWellObserved);
 }
 
 void Tracker::Adopt(const Map& map, const TrackResult& result) {

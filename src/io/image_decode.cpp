@@ -76,8 +76,12 @@ std::optional<GrayImage> DecodeImage(const std::vector<std::uint8_t>& bytes) {
 
 std::optional<GrayImage> DecodeImageFile(const std::filesystem::path& path) {
   if (!std::filesystem::is_regular_file(path)) return std::nullopt;
+  std::error_code error;
+  std::vector<std::uint8_t> bytes(std::filesystem::file_size(path, error));
+  if (error) return std::nullopt;
   std::ifstream stream(path, std::ios::binary);
-  const std::vector<std::uint8_t> bytes((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+  stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  bytes.resize(static_cast<std::size_t>(stream.gcount()));
   return DecodeImage(bytes);
 }
 

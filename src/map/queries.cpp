@@ -50,11 +50,10 @@ std::vector<LandmarkId> LandmarksOf(const Map& map, const std::vector<KeyframeId
   return SortedUnique(ids);
 }
 
-int CountWellObserved(const Map& map, const std::vector<LandmarkId>& ids) {
-  constexpr std::size_t kWellObserved = 2;
-  return static_cast<int>(std::count_if(ids.begin(), ids.end(), [&map](LandmarkId id) {
+int CountObserved(const Map& map, const std::vector<LandmarkId>& ids, std::size_t keyframes) {
+  return static_cast<int>(std::count_if(ids.begin(), ids.end(), [&map, keyframes](LandmarkId id) {
     const Landmark* landmark = id.valid() ? map.landmarks.Find(id) : nullptr;
-    return landmark != nullptr && landmark->observations.size() >= kWellObserved;
+    return landmark != nullptr && landmark->observations.size() >= keyframes;
   }));
 }
 

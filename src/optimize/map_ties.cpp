@@ -180,16 +180,20 @@ void SortUnique(std::vector<KeyframeId>* ids) {
 // Every keyframe that has changed, that sees a landmark that has changed, or that sees what a moved one sees.
 std::vector<KeyframeId> Touched(const Map& before, const Map& now, MapTies::Changes* changes) {
   std::vector<KeyframeId> touched;
-  const auto add_observers = [&touched](const Landmark* landmark) {
+  std::vector<char> is_touched(std::max(before.next_keyframe_id, now.next_keyframe_id), 0);  // by id
+  const auto touch = [&](KeyframeId id) {
+    if (std::exchange(is_touched[id.value], 1) == 0) touched.push_back(id);
+  };
+  const auto add_observers = [&touch](const Landmark* landmark) {
     if (landmark == nullptr) return;
-    for (const Observation& o : landmark->observations) touched.push_back(o.keyframe);
+    for (const Observation& o : landmark->observations) touch(o.keyframe);
   };
   now.keyframes.VisitChanges(before.keyframes, [&](KeyframeId id, const Keyframe* was, const Keyframe* is) {
     if (is == nullptr) {
       changes->erased.push_back(id);
       return;
     }
-    touched.push_back(id);
+    touch(id);
     if (was == nullptr || (Same(was->T_map_base, is->T_map_base) && Same(was->T_base_camera, is->T_base_camera)))
       return;
     changes->moved.push_back(id);
@@ -200,7 +204,7 @@ std::vector<KeyframeId> Touched(const Map& before, const Map& now, MapTies::Chan
     add_observers(was);
     add_observers(is);
   });
-  SortUnique(&touched);
+  std::sort(touched.begin(), touched.end());
   return touched;
 }
 

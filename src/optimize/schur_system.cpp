@@ -1,6 +1,7 @@
 #include "schur_system.h"
 
 #include <Eigen/Cholesky>
+#include <cmath>
 
 #include "planar_vslam/geometry/tangent_parts.h"
 
@@ -16,6 +17,23 @@ void SubtractProduct(const Eigen::Matrix<double, 3, 6, Eigen::RowMajor>& U_a,
     const double c0 = U_c(0, column), c1 = U_c(1, column), c2 = U_c(2, column);
     for (int row = 0; row < 6; ++row) block[row] -= U_a(0, row) * c0 + U_a(1, row) * c1 + U_a(2, row) * c2;
   }
+}
+
+// K^-1 of A = K K^T, both lower triangular. False where A is not positive definite.
+bool InverseCholesky(const Eigen::Matrix3d& A, Eigen::Matrix3d* K_inverse) {
+  if (!(A(0, 0) > 0.0)) return false;
+  const double i00 = 1.0 / std::sqrt(A(0, 0));
+  const double k10 = A(1, 0) * i00, k20 = A(2, 0) * i00;
+  const double s11 = A(1, 1) - k10 * k10;
+  if (!(s11 > 0.0)) return false;
+  const double i11 = 1.0 / std::sqrt(s11);
+  const double k21 = (A(2, 1) - k20 * k10) * i11;
+  const double s22 = A(2, 2) - k20 * k20 - k21 * k21;
+  if (!(s22 > 0.0)) return false;
+  const double i22 = 1.0 / std::sqrt(s22);
+  const double i10 = -k10 * i00 * i11;
+  *K_inverse << i00, 0.0, 0.0, i10, i11, 0.0, -(k20 * i00 + k21 * i10) * i22, -k21 * i11 * i22, i22;
+  return true;
 }
 
 }  // namespace
@@ -73,12 +91,10 @@ bool SchurSystem::Solve(double lambda) {
 void SchurSystem::Eliminate(PointSystem* point, double lambda) {
   Eigen::Matrix3d damped = point->H;
   damped.diagonal() += lambda * point->H.diagonal().cwiseMax(kLeastCurvature);
-  const Eigen::LLT<Eigen::Matrix3d> cholesky(damped);
-  if (cholesky.info() != Eigen::Success) {
+  if (!InverseCholesky(damped, &point->K_inverse)) {
     point->K_inverse.setZero();
     return;
   }
-  point->K_inverse = cholesky.matrixL().solve(Eigen::Matrix3d::Identity());
   const Eigen::Vector3d u = point->K_inverse * point->b;
   U_.resize(point->views_end - point->views_begin);
   for (std::size_t a = 0; a < U_.size(); ++a) {

@@ -113,7 +113,7 @@ TEST_F(QueriesTest, ValidOnlyKeepsTheOrder) {
 
 TEST_F(QueriesTest, WellObservedLandmarksExistAndWereSeenTwice) {
   const std::vector<LandmarkId> seen = ValidOnly(world_.map.keyframes.At(KeyframeId{3}).landmarks);
-  EXPECT_EQ(CountWellObserved(world_.map, seen), static_cast<int>(seen.size()));
+  EXPECT_EQ(CountObserved(world_.map, seen, 2), static_cast<int>(seen.size()));
   Landmark once = world_.map.landmarks.At(seen[1]);
   once.observations.resize(1);
   Map map = Apply(world_.map, {EraseLandmarks{{seen[0], seen[1]}}});
@@ -121,7 +121,7 @@ TEST_F(QueriesTest, WellObservedLandmarksExistAndWereSeenTwice) {
   std::vector<LandmarkId> asked = seen;
   asked.push_back(std::prev(map.landmarks.end())->first);
   asked.emplace_back();
-  EXPECT_EQ(CountWellObserved(map, asked), static_cast<int>(seen.size()) - 2);
+  EXPECT_EQ(CountObserved(map, asked, 2), static_cast<int>(seen.size()) - 2);
 }
 
 TEST_F(QueriesTest, MedianDepthIsThatOfTheExistingOnes) {

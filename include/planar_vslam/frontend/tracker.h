@@ -31,8 +31,8 @@ struct TrackerOptions {
   double nearby_distance = 2.0;
   double nearby_angle = DegreesToRadians(40.0);
   double keyframe_ratio = 0.75;
-  int keyframe_rich_view = 200;
-  double keyframe_rich_ratio = 0.6;
+  int keyframe_rich_view = 150;
+  double keyframe_rich_ratio = 0.63;
   double keyframe_distance = 0.12;
   double keyframe_angle = DegreesToRadians(12.0);
   int keyframe_min_gap = 2;
@@ -60,7 +60,7 @@ struct TrackerOptions {
     v("keyframe_ratio", o.keyframe_ratio, unit::kNone, bound::Between(0.0, 1.0),
       "new keyframe when fewer than this share of the reference's landmarks remain...");
     v("keyframe_rich_view", o.keyframe_rich_view, unit::kNone, bound::AtLeast(0),
-      "...where as many landmarks are in view...", Origin::kFitted);
+      "...where as many landmarks in view are seen by three keyframes...", Origin::kFitted);
     v("keyframe_rich_ratio", o.keyframe_rich_ratio, unit::kNone, bound::Between(0.0, 1.0),
       "...fewer than this share: halls need fresh landmarks sooner than laboratories...", Origin::kFitted);
     v("keyframe_distance", o.keyframe_distance, unit::kNone, bound::Positive(),

@@ -12,8 +12,8 @@ std::vector<LandmarkId> ValidOnly(const std::vector<LandmarkId>& ids);
 // Union of the landmarks seen by `keyframes`, ascending.
 std::vector<LandmarkId> LandmarksOf(const Map& map, const std::vector<KeyframeId>& keyframes);
 
-// How many of `ids` exist and were observed at least twice.
-int CountWellObserved(const Map& map, const std::vector<LandmarkId>& ids);
+// How many of `ids` exist and are seen by so many keyframes.
+int CountObserved(const Map& map, const std::vector<LandmarkId>& ids, std::size_t keyframes);
 
 // Median depth of the existing ones of `ids` in the camera; 0 where there is none.
 double MedianDepth(const Map& map, const std::vector<LandmarkId>& ids, const Rigid3& T_map_camera);
