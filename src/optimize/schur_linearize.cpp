@@ -131,7 +131,7 @@ void SchurSystem::LinearizePoint(PointSystem* point, const Eigen::Vector3d& p_ma
 
 void SchurSystem::AddView(const Pixel& pixel, const Eigen::Matrix3d& A, const Eigen::Vector3d& g,
                           const Eigen::Vector3d& p_map) {
-  const int slot = slots_[pixel.pose];
+  const Eigen::Index slot = slots_[pixel.pose];
   const Eigen::Vector3d v = p_map - p_.poses[pixel.pose].T_map_base.translation;
   views_.push_back({A, v, slot});
   const Eigen::Matrix3d A_skew = TimesSkew(A, v);

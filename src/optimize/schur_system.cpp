@@ -42,7 +42,7 @@ SchurSystem::SchurSystem(BundleProblem* problem) : p_(*problem) {
   slots_.assign(p_.poses.size(), kNoSlot);
   for (std::size_t i = 0; i < p_.poses.size(); ++i) {
     if (p_.poses[i].freedom == PoseFreedom::kFixed) continue;
-    slots_[i] = static_cast<int>(poses_of_slots_.size());
+    slots_[i] = static_cast<Eigen::Index>(poses_of_slots_.size());
     poses_of_slots_.push_back(i);
   }
   size_ = 6 * static_cast<Eigen::Index>(poses_of_slots_.size());

@@ -47,7 +47,7 @@ class SchurSystem {
   struct FreeView {
     Eigen::Matrix3d A;
     Eigen::Vector3d v;
-    int slot;
+    Eigen::Index slot;
   };
 
   using ViewFactor = Eigen::Matrix<double, 3, 6, Eigen::RowMajor>;
@@ -65,7 +65,7 @@ class SchurSystem {
     Eigen::Vector3d t;
   };
 
-  static constexpr int kNoSlot = -1;
+  static constexpr Eigen::Index kNoSlot = -1;
 
   double EvaluatePixels();
   double EvaluateMotions() const;
@@ -78,7 +78,7 @@ class SchurSystem {
   void BackSubstitute();
 
   BundleProblem& p_;
-  std::vector<int> slots_;  // per pose, its place among the free ones
+  std::vector<Eigen::Index> slots_;  // per pose, its place among the free ones
   std::vector<std::size_t> poses_of_slots_;
   Eigen::Index size_ = 0;  // of the reduced system
   std::vector<Pixel> pixels_;
