@@ -95,8 +95,8 @@ std::vector<std::pair<double, KeyframeId>> Within(const Map& map, const Rigid3& 
                                                   double angle) {
   std::vector<std::pair<double, KeyframeId>> near;
   const Eigen::Vector3d axis = T_map_camera.rotation * Eigen::Vector3d::UnitZ();
-  for (const auto& [id, keyframe] : map.keyframes) {
-    const Rigid3 T = keyframe.T_map_camera();
+  for (const KeyframeId id : map.cameras.Around(T_map_camera.translation, distance)) {
+    const Rigid3 T = map.keyframes.At(id).T_map_camera();
     const double d = (T.translation - T_map_camera.translation).norm();
     if (d <= distance && axis.dot(T.rotation * Eigen::Vector3d::UnitZ()) >= std::cos(angle)) near.emplace_back(d, id);
   }
