@@ -118,22 +118,17 @@ class ProblemBuilder {
   BundleProblem problem_;
 };
 
-// What turns points of the map into points of a camera.
-struct CameraPose {
-  explicit CameraPose(const BundlePose& pose) {
-    const Rigid3 T_camera_map = (pose.T_map_base * pose.T_base_camera).Inverse();
-    R = T_camera_map.R();
-    t = T_camera_map.translation;
-  }
-  Eigen::Matrix3d R;
-  Eigen::Vector3d t;
-};
+}  // namespace
 
 std::vector<CameraPose> CameraPoses(const BundleProblem& problem) {
-  return std::vector<CameraPose>(problem.poses.begin(), problem.poses.end());
+  std::vector<CameraPose> cameras;
+  cameras.reserve(problem.poses.size());
+  for (const BundlePose& pose : problem.poses) {
+    const Rigid3 T_camera_map = (pose.T_map_base * pose.T_base_camera).Inverse();
+    cameras.push_back({T_camera_map.R(), T_camera_map.translation});
+  }
+  return cameras;
 }
-
-}  // namespace
 
 BundleProblem MakeBundleProblem(const Map& map, const BundleRequest& request, const MeasurementModel& model) {
   return ProblemBuilder(map, request, model).Build();

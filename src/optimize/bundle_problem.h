@@ -63,6 +63,13 @@ struct BundleProblem {
 // Poses that have three degrees of freedom are put on the floor here.
 BundleProblem MakeBundleProblem(const Map& map, const BundleRequest& request, const MeasurementModel& model);
 
+// What turns points of the map into points of a camera.
+struct CameraPose {
+  Eigen::Matrix3d R;  // camera <- map
+  Eigen::Vector3d t;
+};
+std::vector<CameraPose> CameraPoses(const BundleProblem& problem);  // of the poses, as they are
+
 // With se2_xyz: the weights of pixels at the present state. They are constants while a solver runs.
 void RefreshWhitening(BundleProblem* problem);
 

@@ -44,11 +44,7 @@ bool SchurSystem::IsFinite() const {
 }
 
 double SchurSystem::Evaluate() {
-  cameras_.clear();
-  for (const BundlePose& pose : p_.poses) {
-    const Rigid3 T_camera_map = (pose.T_map_base * pose.T_base_camera).Inverse();
-    cameras_.push_back({T_camera_map.R(), T_camera_map.translation});
-  }
+  cameras_ = CameraPoses(p_);
   double cost = EvaluatePixels() + EvaluateMotions();
   for (const std::size_t i : poses_of_slots_) {
     if (!p_.has_floor_prior(p_.poses[i])) continue;
@@ -68,7 +64,7 @@ double SchurSystem::EvaluatePixels() {
     const Eigen::Vector3d& p_map = p_.points[l].p_map;
     for (std::size_t i = points_[l].pixels_begin; i < points_[l].pixels_end; ++i) {
       Pixel& pixel = pixels_[i];
-      const Camera& camera = cameras_[pixel.pose];
+      const CameraPose& camera = cameras_[pixel.pose];
       pixel.p_camera.noalias() = camera.R * p_map + camera.t;
       pixel.weight = 0.0;
       if (!(pixel.p_camera.z() > kMinDepth)) continue;

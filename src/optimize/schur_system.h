@@ -60,11 +60,6 @@ class SchurSystem {
     Eigen::Matrix3d K_inverse = Eigen::Matrix3d::Zero();  // of the damped H; zero where it has none
   };
 
-  struct Camera {
-    Eigen::Matrix3d R;  // camera <- map
-    Eigen::Vector3d t;
-  };
-
   static constexpr Eigen::Index kNoSlot = -1;
 
   double EvaluatePixels();
@@ -85,7 +80,7 @@ class SchurSystem {
   std::vector<PointSystem> points_;
   std::vector<FreeView> views_;
   std::vector<ViewFactor> U_;  // of the views of one point
-  std::vector<Camera> cameras_;
+  std::vector<CameraPose> cameras_;
   Eigen::MatrixXd H_, S_;  // of the poses, lower triangles: before and after elimination
   Eigen::VectorXd b_, r_;
   Eigen::VectorXd pose_step_;
