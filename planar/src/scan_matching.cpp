@@ -13,8 +13,9 @@ constexpr double kSurfaceRadius = 0.20;   // m around a point that tell its surf
 constexpr int kSurfaceReach = 12;         // beams to either side, at most
 constexpr int kMinNeighbors = 4;          // points of a surface
 constexpr double kNormalVariance = 1e-3;  // rad^2, of a surface's direction: range noise over the neighbourhood
-// Neighbouring points share their neighbourhoods, and beams a surface's unevenness: about so many count as one.
-constexpr double kCorrelated = 6.0;
+// Both sweeps err. That neighbouring points share their neighbourhoods takes nothing away: what a mean gains in
+// accuracy, the points it is counted for lose in number.
+constexpr double kSweeps = 2.0;
 
 // The points next to `i` in beam order that lie within kSurfaceRadius, without a jump in between.
 std::pair<std::size_t, std::size_t> Neighborhood(const std::vector<Eigen::Vector2d>& points, std::size_t i) {
@@ -244,7 +245,7 @@ std::optional<ScanMatch> MatchScans(const PreparedScan& reference, const Prepare
   if (!converged || match.share < options.min_share || sum.on_surface < options.min_points / 2) return std::nullopt;
   const double sigma = std::max(options.range_sigma, match.rms);
   constexpr double kLeastInformation = 1e-6;  // of points: keeps a direction that nothing faces finite
-  match.covariance = kCorrelated * sigma * sigma * (sum.H + kLeastInformation * Eigen::Matrix3d::Identity()).inverse();
+  match.covariance = kSweeps * sigma * sigma * (sum.H + kLeastInformation * Eigen::Matrix3d::Identity()).inverse();
   return match;
 }
 

@@ -7,8 +7,8 @@
 // Means and both normals make a round pillar, of which each sweep sees the front, no obstacle to being right: the
 // curvature enters both surfaces alike and cancels.
 // minimised with Tukey weights. Covariance of a right perturbation [x, y, angle] at the result:
-//   C = kCorrelated * sigma^2 (sum w_k g_k g_k^T)^-1,  g_k = de_k/dd,  sigma the larger of the beams' and the
-//   residuals';
+//   C = 2 sigma^2 (sum w_k g_k g_k^T)^-1,  g_k = de_k/dd,  sigma the larger of the beams' and the
+//   residuals', of both sweeps;
 // directions no surface faces (a bare corridor's) come out as uncertain as they are.
 #include <Eigen/Core>
 #include <optional>
@@ -29,7 +29,9 @@ struct ScanMatchOptions {
   double max_offset = 0.30;
   double min_share = 0.60;
   int min_points = 60;
-  MotionFloor floor;  // of a match: its two sweeps are skewed by the robot's motion, and see no quite level room
+  // Of a match: its two sweeps are skewed by the robot's motion and see no quite level room, and the camera, which the
+  // map follows, sways on the base.
+  MotionFloor floor{0.003, DegreesToRadians(0.2)};
 
   template <class Self, class Visitor>
   static void Visit(Self& o, Visitor& v) {
@@ -39,8 +41,8 @@ struct ScanMatchOptions {
     v("min_share", o.min_share, unit::kNone, bound::Between(0.0, 1.0),
       "of a sweep's points that must lie on surfaces of the other");
     v("min_points", o.min_points, unit::kNone, bound::AtLeast(10), "of a sweep that can be matched");
-    v("position_floor", o.floor.position, unit::kMeters, bound::Positive(), "of any match");
-    v("heading_floor_deg", o.floor.heading, unit::kDegrees, bound::Positive(), "of any match");
+    v("position_floor", o.floor.position, unit::kMeters, bound::Positive(), "of any match", Origin::kFitted);
+    v("heading_floor_deg", o.floor.heading, unit::kDegrees, bound::Positive(), "of any match", Origin::kFitted);
   }
   std::vector<std::string> Problems() const { return ProblemsOf(*this); }
 };
