@@ -100,4 +100,44 @@ bool FloorPoseManifold::MinusJacobian(const double* x, double* jacobian) const {
   return true;
 }
 
+Eigen::Matrix<double, 6, 3> LevelTangent(const Rigid3& T) {
+  const Eigen::Matrix3d R_base_map = T.R().transpose();
+  Eigen::Matrix<double, 6, 3> E = Eigen::Matrix<double, 6, 3>::Zero();
+  E.topLeftCorner<3, 1>() = R_base_map.col(2);
+  E.bottomRightCorner<3, 2>() = R_base_map.leftCols<2>();
+  return E;
+}
+
+bool LevelPoseManifold::Plus(const double* x, const double* delta, double* x_plus_delta) const {
+  const Rigid3 T = LoadPose(x);
+  const Eigen::Quaterniond tilt = ExpSo3(Eigen::Vector3d(delta[1], delta[2], 0.0));
+  StorePose({(tilt * T.rotation).normalized(), Eigen::Vector3d(T.translation + Eigen::Vector3d(0.0, 0.0, delta[0]))},
+            x_plus_delta);
+  return true;
+}
+
+bool LevelPoseManifold::PlusJacobian(const double* x, double* jacobian) const {
+  Eigen::Matrix<double, 7, 6, Eigen::RowMajor> plus;
+  PoseManifold().PlusJacobian(x, plus.data());
+  Eigen::Map<Eigen::Matrix<double, 7, 3, Eigen::RowMajor>> J(jacobian);
+  J.noalias() = plus * LevelTangent(LoadPose(x));
+  return true;
+}
+
+bool LevelPoseManifold::Minus(const double* y, const double* x, double* y_minus_x) const {
+  const Rigid3 T_y = LoadPose(y);
+  const Rigid3 T_x = LoadPose(x);
+  const Eigen::Vector3d turn = LogSo3(T_y.rotation * T_x.rotation.conjugate());
+  y_minus_x[0] = T_y.translation.z() - T_x.translation.z();
+  y_minus_x[1] = turn.x();
+  y_minus_x[2] = turn.y();
+  return true;
+}
+
+bool LevelPoseManifold::MinusJacobian(const double* x, double* jacobian) const {
+  Eigen::Map<Eigen::Matrix<double, 3, 7, Eigen::RowMajor>> J(jacobian);
+  J.noalias() = LevelTangent(LoadPose(x)).transpose() * PoseMinusJacobian(x);
+  return true;
+}
+
 }  // namespace planar_vslam

@@ -80,6 +80,7 @@ BundleRequest WholeMapRequest(const Map& map) {
   for (const auto& [id, keyframe] : map.keyframes) {
     (request.fixed_keyframes.empty() ? request.fixed_keyframes : request.free_keyframes).push_back(id);
   }
+  if (!request.fixed_keyframes.empty()) request.origin = request.fixed_keyframes.front();
   for (const auto& [id, landmark] : map.landmarks) {
     if (landmark.observations.size() >= 2) request.landmarks.push_back(id);
   }

@@ -84,12 +84,16 @@ class CeresProblem {
   double* PoseBlock(std::size_t i) { return blocks_.data() + i * kPoseBlockSize; }
   double* PointBlock(std::size_t i) { return blocks_.data() + p_.poses.size() * kPoseBlockSize + 3 * i; }
 
+  ceres::Manifold* ManifoldOf(PoseFreedom freedom) {
+    if (freedom == PoseFreedom::kFloor) return &floor_manifold_;
+    if (freedom == PoseFreedom::kLevel) return &level_manifold_;
+    return &manifold_;
+  }
+
   void AddBlocks() {
     for (std::size_t i = 0; i < p_.poses.size(); ++i) {
       const PoseFreedom freedom = p_.poses[i].freedom;
-      const bool planar = freedom == PoseFreedom::kFloor;
-      problem_.AddParameterBlock(PoseBlock(i), kPoseBlockSize,
-                                 planar ? static_cast<ceres::Manifold*>(&floor_manifold_) : &manifold_);
+      problem_.AddParameterBlock(PoseBlock(i), kPoseBlockSize, ManifoldOf(freedom));
       if (freedom == PoseFreedom::kFixed) problem_.SetParameterBlockConstant(PoseBlock(i));
       free_poses_ += freedom == PoseFreedom::kFixed ? 0 : 1;
       ordering_->AddElementToGroup(PoseBlock(i), 1);
@@ -131,8 +135,9 @@ class CeresProblem {
   FloorPointFactor floor_point_{p_.planar.sigma_floor_point};
   PoseManifold manifold_;
   FloorPoseManifold floor_manifold_;
+  LevelPoseManifold level_manifold_;
   ceres::CauchyLoss floor_point_loss_{kFloorPointLoss};
-  ceres::HuberLoss pixel_loss_{std::sqrt(kPixelLossSquared)};
+  ceres::CauchyLoss pixel_loss_{p_.options.pixel_loss};
   ceres::CauchyLoss odometry_loss_{p_.options.odometry_loss};
   ceres::CauchyLoss tilt_loss_{p_.options.tilt_loss};
   std::unique_ptr<ceres::ParameterBlockOrdering> ordering_ = std::make_unique<ceres::ParameterBlockOrdering>();

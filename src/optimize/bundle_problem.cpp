@@ -39,6 +39,8 @@ class ProblemBuilder {
         const bool planar = IsPlanar(model_.planar.mode) && pose.on_floor;
         pose.freedom = planar ? PoseFreedom::kFloor : PoseFreedom::kFree;
         if (planar) pose.T_map_base = Embed3(ProjectToPlane(pose.T_map_base));
+      } else if (id == request_.origin && pose.on_floor && model_.planar.mode == PlanarMode::kSoftSe3) {
+        pose.freedom = PoseFreedom::kLevel;
       }
       problem_.poses.push_back(pose);
       keyframes_.push_back(&keyframe);
@@ -165,7 +167,7 @@ std::size_t Classify(BundleProblem* problem) {
     if (inlier) {
       Eigen::Vector2d e = o.inverse_sigma * (problem->camera.ProjectUndistorted(p_camera) - o.pixel);
       if (!problem->whitening.empty()) e = (problem->whitening[i] * e).eval();
-      inlier = e.squaredNorm() <= kPixelLossSquared;
+      inlier = e.squaredNorm() <= kChi2TwoDof95;
     }
     changed += inlier != o.inlier ? 1 : 0;
     o.inlier = inlier;

@@ -13,6 +13,7 @@ namespace planar_vslam {
 enum class PoseFreedom : std::uint8_t {
   kFixed,
   kFloor,  // x, y and yaw: a form of the floor with planar poses
+  kLevel,  // z, roll and pitch: the map's origin, where a prior knows the floor but nothing else may move
   kFree,   // all six
 };
 
@@ -92,8 +93,7 @@ struct BundleOutcome {
   StageTimes times;                             // "bundle.residuals", ... (bundle_adjustment.h)
 };
 
-// The losses of the header of bundle_adjustment.h.
-inline constexpr double kPixelLossSquared = 5.991;  // chi-square, 2 dof, 95 %: Huber beyond it
-inline constexpr double kFloorPointLoss = 2.0;      // sigmas, Cauchy
+inline constexpr double kChi2TwoDof95 = 5.991;   // what is beyond is an outlier
+inline constexpr double kFloorPointLoss = 2.0;  // sigmas, Cauchy
 
 }  // namespace planar_vslam

@@ -14,11 +14,6 @@ struct Loss {
   double cost;    // rho(s) / 2
   double weight;  // rho'(s)
 };
-Loss Huber(double squared, double squared_limit) {
-  if (squared <= squared_limit) return {0.5 * squared, 1.0};
-  const double ratio = std::sqrt(squared_limit / squared);
-  return {0.5 * (2.0 * ratio * squared - squared_limit), ratio};
-}
 Loss Cauchy(double squared, double scale) {
   const double c = scale * scale, sum = 1.0 + squared / c;
   return {0.5 * c * std::log(sum), 1.0 / sum};
@@ -70,7 +65,7 @@ double SchurSystem::EvaluatePixels() {
       if (!(pixel.p_camera.z() > kMinDepth)) continue;
       pixel.e = pixel.inverse_sigma * (p_.camera.ProjectUndistorted(pixel.p_camera) - pixel.pixel);
       if (!p_.whitening.empty()) pixel.e = (p_.whitening[pixel.source] * pixel.e).eval();
-      const Loss loss = Huber(pixel.e.squaredNorm(), kPixelLossSquared);
+      const Loss loss = Cauchy(pixel.e.squaredNorm(), p_.options.pixel_loss);
       pixel.weight = loss.weight;
       cost += loss.cost;
     }
@@ -102,7 +97,7 @@ void SchurSystem::Linearize() {
   }
   LinearizeMotions();
   LinearizeFloor();
-  KeepPlanar(&H_, &b_);
+  KeepFreedom(&H_, &b_);
 }
 
 void SchurSystem::LinearizePoint(PointSystem* point, const Eigen::Vector3d& p_map) {

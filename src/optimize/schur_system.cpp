@@ -59,11 +59,12 @@ SchurSystem::SchurSystem(BundleProblem* problem) : p_(*problem) {
   }
 }
 
-// Planar poses do not move along z, roll and pitch.
-void SchurSystem::KeepPlanar(Eigen::MatrixXd* H, Eigen::VectorXd* b) const {
+// Poses of three degrees of freedom do not move along the others.
+void SchurSystem::KeepFreedom(Eigen::MatrixXd* H, Eigen::VectorXd* b) const {
   for (const std::size_t i : poses_of_slots_) {
-    if (p_.poses[i].freedom != PoseFreedom::kFloor) continue;
-    for (const int row : kFloorRows) {
+    const PoseFreedom freedom = p_.poses[i].freedom;
+    if (freedom == PoseFreedom::kFree) continue;
+    for (const int row : freedom == PoseFreedom::kFloor ? kFloorRows : kPlanarRows) {
       const Eigen::Index at = 6 * slots_[i] + row;
       H->row(at).setZero();
       H->col(at).setZero();
@@ -79,7 +80,7 @@ bool SchurSystem::Solve(double lambda) {
   S_.diagonal() += lambda * H_.diagonal().cwiseMax(kLeastCurvature);
   r_ = -b_;
   for (PointSystem& point : points_) Eliminate(&point, lambda);
-  KeepPlanar(&S_, &r_);
+  KeepFreedom(&S_, &r_);
   const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> cholesky(S_);
   if (cholesky.info() != Eigen::Success) return false;
   pose_step_ = cholesky.solve(r_);

@@ -68,7 +68,7 @@ class SchurSystem {
   void AddView(const Pixel& pixel, const Eigen::Matrix3d& A, const Eigen::Vector3d& g, const Eigen::Vector3d& p_map);
   void LinearizeMotions();
   void LinearizeFloor();
-  void KeepPlanar(Eigen::MatrixXd* H, Eigen::VectorXd* b) const;
+  void KeepFreedom(Eigen::MatrixXd* H, Eigen::VectorXd* b) const;
   void Eliminate(PointSystem* point, double lambda);
   void BackSubstitute();
 

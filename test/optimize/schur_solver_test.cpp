@@ -118,6 +118,18 @@ TEST_P(SchurSolver, FindsItWithoutAFixedPose) {
   ExpectSameMinimum(problem);
 }
 
+TEST_P(SchurSolver, FindsItWhereTheOriginMayTilt) {
+  BundleProblem problem = Problem(9);
+  problem.poses.front().freedom = PoseFreedom::kLevel;
+  ExpectSameMinimum(problem);
+  const Rigid3 before = problem.poses.front().T_map_base;
+  ASSERT_TRUE(SolveWithSchur(&problem, kToTheEnd).usable);
+  const Rigid3& after = problem.poses.front().T_map_base;
+  EXPECT_EQ(after.translation.head<2>(), before.translation.head<2>());
+  constexpr double kSecondOrder = 1e-3;  // of steps about x and y in turn
+  EXPECT_NEAR(LogSo3(after.rotation * before.rotation.conjugate()).z(), 0.0, kSecondOrder);
+}
+
 TEST_P(SchurSolver, LeavesWhatIsBehindTheCameraWhereItIs) {
   BundleProblem problem = Problem(9);
   BundlePoint& point = problem.points[20];

@@ -171,5 +171,54 @@ TEST(FloorPoseManifold, JacobiansMatchDifferencesAndUndoEachOther) {
   }
 }
 
+Block LevelPlus(const Block& x, const Eigen::Vector3d& d) {
+  Block y(kPoseBlockSize);
+  EXPECT_TRUE(LevelPoseManifold().Plus(x.data(), d.data(), y.data()));
+  return y;
+}
+
+Eigen::Vector3d LevelMinus(const Block& y, const Block& x) {
+  Eigen::Vector3d d;
+  EXPECT_TRUE(LevelPoseManifold().Minus(y.data(), x.data(), d.data()));
+  return d;
+}
+
+TEST(LevelPoseManifold, KeepsThePlaceAndTurnsAboutNoVertical) {
+  for (const Rigid3& T : NastyPoses()) {
+    const Rigid3 moved = LoadPose(LevelPlus(ToBlock(T), {0.7, -0.2, 0.1}).data());
+    EXPECT_EQ(moved.translation.head<2>(), T.translation.head<2>());
+    EXPECT_NEAR(LogSo3(moved.rotation * T.rotation.conjugate()).z(), 0.0, 1e-14);
+  }
+}
+
+TEST(LevelPoseManifold, MinusUndoesPlus) {
+  std::mt19937 generator(1);
+  for (const Rigid3& T : NastyPoses()) {
+    const Block x = ToBlock(T);
+    const Eigen::Vector3d d = RandomTangent(generator, 1.5).head<3>();
+    EXPECT_LT((LevelMinus(LevelPlus(x, d), x) - d).norm(), 1e-12);
+    EXPECT_LT(LevelMinus(x, x).norm(), 1e-15);
+  }
+}
+
+TEST(LevelPoseManifold, JacobiansMatchDifferencesAndUndoEachOther) {
+  constexpr double kStep = 1e-6;
+  for (const Rigid3& T : NastyPoses()) {
+    const Block x = ToBlock(T);
+    Eigen::Matrix<double, 7, 3, Eigen::RowMajor> plus;
+    Eigen::Matrix<double, 3, 7, Eigen::RowMajor> minus;
+    ASSERT_TRUE(LevelPoseManifold().PlusJacobian(x.data(), plus.data()));
+    ASSERT_TRUE(LevelPoseManifold().MinusJacobian(x.data(), minus.data()));
+    EXPECT_LT((minus * plus - Eigen::Matrix3d::Identity()).norm(), 1e-13);
+    // With what moves it on the floor, it is the whole tangent.
+    EXPECT_LT((LevelTangent(T).transpose() * FloorTangent(T)).norm(), 1e-13);
+    for (int k = 0; k < 3; ++k) {
+      const Eigen::Vector3d d = kStep * Eigen::Vector3d::Unit(k);
+      const Block ahead = LevelPlus(x, d), behind = LevelPlus(x, -d);
+      EXPECT_LT((plus.col(k) - (AsVector(ahead) - AsVector(behind)) / (2.0 * kStep)).norm(), 1e-8);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace planar_vslam::test

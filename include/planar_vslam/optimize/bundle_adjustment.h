@@ -1,6 +1,6 @@
 #pragma once
 // Bundle adjustment over part of a map or all of it:
-//   sum rho_huber(|e_reprojection|^2 / sigma^2) + sum |e_planar|^2
+//   sum rho_cauchy(|e_reprojection|^2 / sigma^2) + sum |e_planar|^2
 //     + sum [rho_cauchy(|e_odometry x,y,yaw|^2_Sigma) + rho_cauchy(|e_odometry z,roll,pitch|^2_Sigma)]
 // over base poses T_map_base (camera through T_base_camera at that stamp) and points. Values in, values out.
 // With planar.mode se2_xyz or hard, free keyframes on the floor are put on it and keep 3 dof, without e_planar; with
@@ -25,6 +25,9 @@ struct BundleOptions {
   int max_iterations = 5;
   double relative_gain = 1e-3;
   bool drop_outliers = true;
+  // Cauchy, sigmas. Of what is no outlier a tenth still slides along edges, shadows and reflections, by a pixel or two
+  // that all its views agree upon; in a hall, where few landmarks hold a pose, these would bend the map.
+  double pixel_loss = 1.5;
   // Cauchy, Mahalanobis norms of the two parts of a link (relative_pose_factor.h): what slipped pulls at nothing, and
   // what is not level (a ramp, a car that pitches) is no slip.
   double odometry_loss = 5.0;  // x, y and yaw
@@ -37,6 +40,8 @@ struct BundleOptions {
     v("relative_gain", o.relative_gain, unit::kNone, bound::AtLeast(0.0),
       "of the cost by one step, below which the adjustment of a neighbourhood ends", Origin::kFitted);
     v("drop_outliers", o.drop_outliers, "second round without observations beyond the 95 % limit, where there are any");
+    v("pixel_loss", o.pixel_loss, unit::kNone, bound::Positive(),
+      "standard deviations of a pixel beyond which an observation counts less", Origin::kFitted);
     v("odometry_loss", o.odometry_loss, unit::kNone, bound::Positive(),
       "Mahalanobis norm beyond which a link of wheels or laser counts less", Origin::kFitted);
     v("tilt_loss", o.tilt_loss, unit::kNone, bound::Positive(),
@@ -50,6 +55,9 @@ struct BundleRequest {
   std::vector<KeyframeId> free_keyframes;   // ascending
   std::vector<KeyframeId> fixed_keyframes;  // ascending, disjoint from the free ones
   std::vector<LandmarkId> landmarks;        // ascending; observations in other keyframes are left out
+  // One of the fixed ones, or invalid: the map hangs on its x, y and yaw. The floor prior knows its height and tilt as
+  // well as those of any other, and a camera that sways does not stand level because its keyframe is the first.
+  KeyframeId origin;
 };
 
 // What is known of the sensors and how they err.

@@ -10,6 +10,9 @@
 //   Plus(T, d) = (t + [d_x, d_y, 0], Rz(d_yaw) q).
 // As a tangent of 6 dof this is d_6 = E d with E = [R^T e_x, R^T e_y, 0; 0, 0, R^T e_z]. The columns of E are
 // orthonormal, so PlusJacobian = PlusJacobian_6 E and MinusJacobian = E^T MinusJacobian_6.
+//
+// A pose whose place and direction on the floor are given has the other 3 dof [z, roll, pitch] in the axes of the map:
+//   Plus(T, d) = (t + [0, 0, d_z], Exp([d_roll, d_pitch, 0]) q),  E = [R^T e_z, 0, 0; 0, R^T e_x, R^T e_y].
 #include <ceres/manifold.h>
 
 #include "planar_vslam/geometry/rigid3.h"
@@ -38,6 +41,19 @@ class PoseManifold final : public ceres::Manifold {
 Eigen::Matrix<double, 6, 3> FloorTangent(const Rigid3& T);
 
 class FloorPoseManifold final : public ceres::Manifold {
+ public:
+  int AmbientSize() const override { return kPoseBlockSize; }
+  int TangentSize() const override { return 3; }
+  bool Plus(const double* x, const double* delta, double* x_plus_delta) const override;
+  bool PlusJacobian(const double* x, double* jacobian) const override;
+  bool Minus(const double* y, const double* x, double* y_minus_x) const override;
+  bool MinusJacobian(const double* x, double* jacobian) const override;
+};
+
+// E of a pose that keeps its place and direction.
+Eigen::Matrix<double, 6, 3> LevelTangent(const Rigid3& T);
+
+class LevelPoseManifold final : public ceres::Manifold {
  public:
   int AmbientSize() const override { return kPoseBlockSize; }
   int TangentSize() const override { return 3; }
