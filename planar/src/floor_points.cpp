@@ -5,6 +5,8 @@
 #include <set>
 #include <utility>
 
+#include "planar_vslam/geometry/median.h"
+
 namespace planar_vslam {
 namespace {
 
@@ -26,6 +28,19 @@ std::size_t PlacesAt(const std::vector<Eigen::Vector3d>& points, double level) {
   return places.size();
 }
 
+// The level that the points at it have in the middle: finer than the levels tried.
+double MedianLevel(const std::vector<Eigen::Vector3d>& points, double level) {
+  constexpr int kRounds = 3;
+  for (int round = 0; round < kRounds; ++round) {
+    std::vector<double> heights;
+    for (const Eigen::Vector3d& p : points) {
+      if (std::abs(p.z() - level) <= kThickness) heights.push_back(p.z());
+    }
+    level = Median(std::move(heights));
+  }
+  return level;
+}
+
 }  // namespace
 
 FloorPoints FindFloorPoints(const std::vector<Eigen::Vector3d>& points) {
@@ -43,6 +58,7 @@ FloorPoints FindFloorPoints(const std::vector<Eigen::Vector3d>& points) {
   const double around =
       0.5 * static_cast<double>(PlacesAt(points, floor.level - kBeside) + PlacesAt(points, floor.level + kBeside));
   if (best < kMinPlaces || static_cast<double>(best) < kContrast * around) return {};
+  floor.level = MedianLevel(points, floor.level);
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (std::abs(points[i].z() - floor.level) <= kTolerance) floor.indices.push_back(i);
   }

@@ -112,8 +112,8 @@ CorrectedMotion CorrectMotion(const std::vector<OdometryReading>& readings, Time
 
 OdometryReading OdometryCorrector::Correct(const OdometryReading& reading) {
   OdometryReading corrected{Correct(reading.stamp), reading.T_odom_base, reading.covariance_rate};
-  if (correction_.scale == Eigen::Vector3d::Ones()) return corrected;
-  if (!started_) {
+  plain_ = plain_ && correction_.scale == Eigen::Vector3d::Ones();
+  if (plain_ || !started_) {
     T_corrected_last_ = reading.T_odom_base;
     started_ = true;
   } else {

@@ -2,6 +2,7 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -119,6 +120,14 @@ Json ScaleJson(const EstimatorReport& report) {
   return json;
 }
 
+// The factors that the wheels' readings are multiplied by, learned while mapping.
+Json WheelsJson(const WheelErrors& wheels) {
+  return {{"length", std::exp(wheels.log_length)},
+          {"length_sigma", wheels.length_sigma},
+          {"turn", std::exp(wheels.log_turn)},
+          {"turn_sigma", wheels.turn_sigma}};
+}
+
 Json ReportJson(const Estimator& estimator, const RunResult& result, bool deterministic) {
   const EstimatorReport& report = estimator.report();
   const std::shared_ptr<const Map> map = estimator.map();
@@ -137,6 +146,7 @@ Json ReportJson(const Estimator& estimator, const RunResult& result, bool determ
   if (map == nullptr && !result.frames.empty()) json["waiting_for"] = result.frames.back().waiting_for;
   json["metric"] = map != nullptr && map->metric;
   json["scale"] = ScaleJson(report);
+  json["wheels"] = WheelsJson(report.wheels);
   json["keyframes"] = map != nullptr ? map->keyframes.size() : 0;
   json["keyframes_made"] = report.keyframes_made;
   json["keyframes_culled"] = report.keyframes_culled;

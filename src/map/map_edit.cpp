@@ -37,6 +37,7 @@ class Editor {
   void operator()(const AddSweeps& step);
   void operator()(const AddLaserLinks& step);
   void operator()(const EraseOdometryLink& step);
+  void operator()(const CorrectOdometryLinks& step);
   void operator()(const SetKeyframePose& step);
   void operator()(const SetOffFloor& step);
   void operator()(const SetLandmarkPosition& step);
@@ -260,6 +261,20 @@ void Editor::operator()(const EraseOdometryLink& step) {
   const KeyframeId from = keyframe->odometry_link->from;
   map_.keyframes.Edit(step.keyframe).odometry_link.reset();
   IndexLink(&map_, from, step.keyframe);
+}
+
+void Editor::operator()(const CorrectOdometryLinks& step) {
+  const Eigen::Vector3d factors(step.length, step.length, step.turn);
+  std::vector<KeyframeId> linked;
+  for (auto it = map_.keyframes.From(step.first); it != map_.keyframes.end(); ++it) {
+    if (it->second.odometry_link.has_value()) linked.push_back(it->first);
+  }
+  for (const KeyframeId id : linked) {
+    PlanarMotion& motion = map_.keyframes.Edit(id).odometry_link->motion;
+    motion.T_i_j = ExpSe2(factors.cwiseProduct(LogSe2(motion.T_i_j)));
+    motion.distance *= step.length;
+    motion.turn *= step.turn;
+  }
 }
 
 void Editor::operator()(const SetKeyframePose& step) {

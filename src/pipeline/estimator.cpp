@@ -149,6 +149,7 @@ void Estimator::Session::Count(const FrameReport& frame, const std::optional<Pla
 void Estimator::Session::Count(const MapChange& change, double max_scale_sigma) {
   report.keyframes_made += change.keyframe.has_value() ? 1 : 0;
   report.keyframes_culled += static_cast<long>(change.keyframes_culled.size());
+  if (change.wheels.has_value()) report.wheels = *change.wheels;
   if (change.loop.has_value()) report.loops.push_back({change.loop->closed, change.loop->keyframe, last_frame});
   if (change.scaled.has_value()) report.scale = change.scaled;
   report.adjustments += change.bundle_iterations > 0 ? 1 : 0;
@@ -169,6 +170,7 @@ void Estimator::FollowMap(bool wait, StageTimes* times) {
   for (const MapChange& change : changes) {
     session_->localization.Follow(change);
     session_->Count(change, settings_.options.scale.max_sigma);
+    if (change.wheels.has_value()) input_->corrector.Take(*change.wheels);
     times->insert(times->end(), change.times.begin(), change.times.end());
   }
   if (!changes.empty()) times->push_back({"frame.follow_map", following.Milliseconds()});
@@ -208,13 +210,16 @@ void Estimator::StartSession(std::shared_ptr<const Map> map) {
   if (before != nullptr)
     retired_ = std::async(std::launch::async, [before = std::move(before)]() mutable { before.reset(); });
   session_ = std::make_unique<Session>(settings_, model_);
+  session_->report.wheels = UnknownWheelErrors(settings_.options.systematic);
+  input_->corrector.Take(session_->report.wheels);
   if (map == nullptr) return;
   session_->localization.StartIn(map);
   if (mode_ == RunMode::kMapping) StartMapping(std::move(map), false);
 }
 
 void Estimator::StartMapping(std::shared_ptr<const Map> map, bool may_link) {
-  session_->mapping.emplace(MakeJobsContext(settings_.options, model_), std::move(map), settings_.schedule, may_link);
+  session_->mapping.emplace(MakeJobsContext(settings_.options, model_), std::move(map), settings_.schedule, may_link,
+                            session_->report.wheels);
 }
 
 void Estimator::Restart() {

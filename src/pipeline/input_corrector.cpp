@@ -1,11 +1,15 @@
 #include "planar_vslam/pipeline/input_corrector.h"
 
+#include <cmath>
+
 #include "planar_vslam/optimize/mounted_reprojection_factor.h"
 
 namespace planar_vslam {
 
 InputCorrector::InputCorrector(const SensorCorrection& correction)
-    : camera_mount_(correction.camera_mount), odometry_(correction.odometry) {}
+    : calibrated_scale_(correction.odometry.scale),
+      camera_mount_(correction.camera_mount),
+      odometry_(correction.odometry) {}
 
 CameraFrame InputCorrector::Correct(CameraFrame frame) const {
   if (!camera_mount_.isZero()) frame.T_base_camera = Mounted(camera_mount_, frame.T_base_camera);
@@ -13,6 +17,11 @@ CameraFrame InputCorrector::Correct(CameraFrame frame) const {
 }
 
 OdometryReading InputCorrector::Correct(const OdometryReading& reading) { return odometry_.Correct(reading); }
+
+void InputCorrector::Take(const WheelErrors& errors) {
+  const double length = std::exp(errors.log_length), turn = std::exp(errors.log_turn);
+  odometry_.SetScale(calibrated_scale_.cwiseProduct(Eigen::Vector3d(length, length, turn)));
+}
 
 LaserFrame InputCorrector::Correct(LaserFrame frame) const {
   frame.scan.stamp = odometry_.Correct(frame.scan.stamp);

@@ -41,11 +41,27 @@ void AddBundle(const BundleSummary& bundle, MapChange* change) {
   change->times.insert(change->times.end(), bundle.times.begin(), bundle.times.end());
 }
 
+// Corrects the map's links where the wheels turn out to read wrong in another way than they are corrected by.
+void LearnWheels(const LearntWheels& wheels, const MapJobsContext& context, Map* map, MapChange* change) {
+  const Stopwatch learning;
+  const std::optional<ScaleMeasurement> floor = ScaleByFloor(*map, context.scale, true);
+  const WheelErrors now =
+      LearnWheelErrors(*map, wheels.first, wheels.prior, wheels.applied, floor, context.mapper.model);
+  if (IsNews(now, wheels.applied)) {
+    *map =
+        Apply(std::move(*map), {CorrectOdometryLinks{wheels.first, std::exp(now.log_length - wheels.applied.log_length),
+                                                     std::exp(now.log_turn - wheels.applied.log_turn)}});
+    change->wheels = now;
+  }
+  change->times.push_back({"map.learn_wheels", learning.Milliseconds()});
+}
+
 MapChange MapProposal(const Map& snapshot, const KeyframeProposal& proposal, const MapJobsContext& context,
-                      bool assess_scale, const std::atomic<bool>& hurry) {
+                      bool assess_scale, const std::optional<LearntWheels>& wheels, const std::atomic<bool>& hurry) {
   MappingOutcome outcome = MapKeyframe(snapshot, proposal, context.mapper, &hurry);
   MapChange change;
   change.times = std::move(outcome.report.times);
+  if (wheels.has_value()) LearnWheels(*wheels, context, &outcome.map, &change);
   if (assess_scale) {
     const Stopwatch assessing;
     change.scale = AssessScale(outcome.map, context.scale, context.mapper.systematic);
@@ -84,10 +100,13 @@ MeasurementModel WithIterations(MeasurementModel model, int max_iterations) {
 
 }  // namespace
 
-MapJobs::MapJobs(const MapJobsContext& context, std::shared_ptr<const Map> map, Schedule schedule)
+MapJobs::MapJobs(const MapJobsContext& context, std::shared_ptr<const Map> map, Schedule schedule,
+                 const WheelErrors& wheels)
     : context_(context),
       map_(std::move(map)),
       drift_(context.mapper.model, context.mapper.systematic),
+      wheels_{KeyframeId{map_->next_keyframe_id}, wheels, wheels},
+      wheels_learned_at_(map_->next_keyframe_id),
       searcher_(MakeExecutor(schedule, kSearcherNiceness)),
       writer_(MakeExecutor(schedule, kWriterNiceness)) {}
 
@@ -108,10 +127,21 @@ bool MapJobs::MayAssessScale() {
   return true;
 }
 
+// With every tenth more of keyframes: then they have something new to say of the wheels.
+std::optional<LearntWheels> MapJobs::MayLearnWheels() {
+  constexpr std::uint32_t kLeast = 10, kShare = 10;
+  const std::uint32_t since = map_->next_keyframe_id - wheels_learned_at_;
+  const std::uint32_t driven = map_->next_keyframe_id - wheels_.first.value;
+  if (!context_.mapper.systematic.learn || !map_->metric || since < std::max(kLeast, driven / kShare)) return {};
+  wheels_learned_at_ = map_->next_keyframe_id;
+  return wheels_;
+}
+
 void MapJobs::AddKeyframe(KeyframeProposal proposal) {
   hurry_.store(false, std::memory_order_relaxed);
-  Write([this, snapshot = map_, assess_scale = MayAssessScale(),
-         proposal = std::move(proposal)] { return MapProposal(*snapshot, proposal, context_, assess_scale, hurry_); },
+  Write([this, snapshot = map_, assess_scale = MayAssessScale(), wheels = MayLearnWheels(),
+         proposal =
+             std::move(proposal)] { return MapProposal(*snapshot, proposal, context_, assess_scale, wheels, hurry_); },
         false);
 }
 
@@ -128,6 +158,7 @@ std::vector<MapChange> MapJobs::Collect(bool wait) {
       writing_.reset();
       retired_.push_back(std::exchange(map_, change.map));
       look_back_due_ = look_back_due_ || (change.keyframe.has_value() && map_->metric);
+      if (change.wheels.has_value()) wheels_.applied = *change.wheels;
       if (change.scaled.has_value()) AdjustWholeMap(context_.mapper.model.options.max_iterations);
       changes.push_back(std::move(change));
     }

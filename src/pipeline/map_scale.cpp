@@ -31,21 +31,21 @@ std::optional<ScaleMeasurement> FromLaser(const Map& map, const SystematicErrors
   return ScaleMeasurement{sum / weights, Hypotenuse(systematic.laser, 1.0 / std::sqrt(weights))};
 }
 
-std::optional<ScaleMeasurement> FromFloor(const Map& map, const ScaleOptions& options) {
-  constexpr std::size_t kMinObservations = 3;
-  constexpr double kPointSigma = 0.03;  // m, how well one landmark shows the floor
-  std::vector<Eigen::Vector3d> points;
-  for (const auto& [id, landmark] : map.landmarks) {
-    if (landmark.observations.size() >= kMinObservations) points.push_back(landmark.p_map);
+// How far parts of the floor are from one level: what was driven, cut in four. Nothing where parts show none.
+std::optional<double> Unevenness(const std::vector<Eigen::Vector3d>& points) {
+  constexpr std::size_t kParts = 4;
+  double sum = 0.0, squares = 0.0;
+  for (std::size_t part = 0; part < kParts; ++part) {
+    const auto at = [&](std::size_t k) {
+      return points.begin() + static_cast<std::ptrdiff_t>(k * points.size() / kParts);
+    };
+    const FloorPoints floor = FindFloorPoints({at(part), at(part + 1)});
+    if (floor.indices.empty()) return std::nullopt;
+    sum += floor.level;
+    squares += floor.level * floor.level;
   }
-  const FloorPoints floor = FindFloorPoints(points);
-  if (floor.indices.empty()) return std::nullopt;
-  const double height = map.keyframes.begin()->second.T_base_camera.translation.z();
-  constexpr double kLowest = 0.1;  // m, a camera that sees the floor at a useful angle
-  if (height < kLowest) return std::nullopt;
-  const double sigma =
-      Hypotenuse(options.height_sigma, kPointSigma / std::sqrt(static_cast<double>(floor.indices.size())));
-  return ScaleMeasurement{floor.level / height, sigma / height};
+  constexpr auto kCount = static_cast<double>(kParts);
+  return std::sqrt(std::max(0.0, squares - sum * sum / kCount) / (kCount - 1.0));
 }
 
 bool Consistent(const std::vector<ScaleMeasurement>& sources) {
@@ -80,6 +80,25 @@ std::vector<LeverArmSample> LinkedTrack(const Map& map) {
   return samples;
 }
 
+std::optional<ScaleMeasurement> ScaleByFloor(const Map& map, const ScaleOptions& options, bool only_if_even) {
+  constexpr std::size_t kMinObservations = 3;
+  constexpr double kPointSigma = 0.03;  // m, how well one landmark shows the floor
+  std::vector<Eigen::Vector3d> points;  // in the order they were made
+  for (const auto& [id, landmark] : map.landmarks) {
+    if (landmark.observations.size() >= kMinObservations) points.push_back(landmark.p_map);
+  }
+  const FloorPoints floor = FindFloorPoints(points);
+  if (floor.indices.empty()) return std::nullopt;
+  const double height = map.keyframes.begin()->second.T_base_camera.translation.z();
+  constexpr double kLowest = 0.1;  // m, a camera that sees the floor at a useful angle
+  if (height < kLowest) return std::nullopt;
+  const std::optional<double> uneven = Unevenness(points);
+  if (only_if_even && !uneven.has_value()) return std::nullopt;
+  const double sigma = Hypotenuse(Hypotenuse(options.height_sigma, uneven.value_or(0.0)),
+                                  kPointSigma / std::sqrt(static_cast<double>(floor.indices.size())));
+  return ScaleMeasurement{floor.level / height, sigma / height};
+}
+
 MapScale AssessScale(const Map& map, const ScaleOptions& options, const SystematicErrors& systematic) {
   MapScale scale;
   scale.track = EstimateScale(LinkedTrack(map));
@@ -90,9 +109,9 @@ MapScale AssessScale(const Map& map, const ScaleOptions& options, const Systemat
   }
   if (map.metric) {
     scale.laser = FromLaser(map, systematic);
-    scale.floor = FromFloor(map, options);
+    scale.floor = ScaleByFloor(map, options, false);
   } else if (scale.wheels.has_value()) {
-    scale.floor = FromFloor(ScaledToMetric(map, scale.track->scale), options);
+    scale.floor = ScaleByFloor(ScaledToMetric(map, scale.track->scale), options, false);
     if (scale.floor.has_value()) scale.floor->log_scale += scale.wheels->log_scale;
   }
   for (const auto& source : {scale.laser, scale.floor}) {

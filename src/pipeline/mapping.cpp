@@ -7,8 +7,9 @@
 
 namespace planar_vslam {
 
-Mapping::Mapping(const MapJobsContext& context, std::shared_ptr<const Map> map, Schedule schedule, bool may_link)
-    : context_(context), session_begin_{map->next_keyframe_id}, jobs_(context, std::move(map), schedule) {
+Mapping::Mapping(const MapJobsContext& context, std::shared_ptr<const Map> map, Schedule schedule, bool may_link,
+                 const WheelErrors& wheels)
+    : context_(context), session_begin_{map->next_keyframe_id}, jobs_(context, std::move(map), schedule, wheels) {
   if (may_link) since_keyframe_ = PlanarMotion{};
 }
 

@@ -98,6 +98,23 @@ TEST(OdometryCorrector, ScalesWhatMessagesSayOfTheError) {
   EXPECT_EQ(*scaled.Correct(reading).covariance_rate, expected);
 }
 
+TEST(OdometryCorrector, GoesOnFromWhereItIsWhenTheScaleChanges) {
+  OdometryCorrector corrector({});
+  const std::vector<OdometryReading> readings = Readings(3.0);
+  Rigid2 last;
+  for (std::size_t k = 0; k < readings.size(); ++k) {
+    const std::size_t third = 3 * k / readings.size();
+    const double scale = third == 1 ? 1.1 : 1.0;
+    corrector.SetScale({scale, scale, scale});
+    const Rigid2 T_odom_base = corrector.Correct(readings[k]).T_odom_base;
+    if (k > 0) {
+      const Eigen::Vector3d read = LogSe2(readings[k - 1].T_odom_base.Inverse() * readings[k].T_odom_base);
+      EXPECT_LT((LogSe2(last.Inverse() * T_odom_base) - scale * read).norm(), 1e-9) << k;
+    }
+    last = T_odom_base;
+  }
+}
+
 TEST(OdometryCorrector, WithoutCorrectionChangesNoBit) {
   OdometryCorrector corrector({});
   for (const OdometryReading& reading : Readings(0.5)) {

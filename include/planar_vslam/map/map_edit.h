@@ -61,6 +61,12 @@ struct AddLaserLinks {
 struct EraseOdometryLink {
   KeyframeId keyframe;
 };
+// What the wheels measured between keyframes from `first` on, with every length and turn multiplied: twists of
+// increments are, and so is that of the whole way.
+struct CorrectOdometryLinks {
+  KeyframeId first;
+  double length = 1.0, turn = 1.0;
+};
 struct SetKeyframePose {
   KeyframeId id;
   Rigid3 T_map_base;
@@ -90,8 +96,8 @@ struct SetMetric {
 
 using MapEditStep =
     std::variant<AddKeyframe, AddLandmark, AddObservation, EraseObservation, EraseLandmarks, EraseKeyframe,
-                 MergeLandmarks, AddSweeps, AddLaserLinks, EraseOdometryLink, SetKeyframePose, SetOffFloor,
-                 SetLandmarkPosition, CountSightings, TransformMap, SetMetric>;
+                 MergeLandmarks, AddSweeps, AddLaserLinks, EraseOdometryLink, CorrectOdometryLinks, SetKeyframePose,
+                 SetOffFloor, SetLandmarkPosition, CountSightings, TransformMap, SetMetric>;
 using MapEdit = std::vector<MapEditStep>;
 
 // Steps naming ids that no longer exist are passed over (the map may have moved on since the edit was made), except

@@ -21,11 +21,15 @@ namespace planar_vslam {
 struct SystematicErrors {
   double wheels = 0.005;
   double laser = 0.0005;
+  double turn = 0.02;
+  bool learn = true;
 
   template <class Self, class Visitor>
   static void Visit(Self& o, Visitor& v) {
     v("wheels", o.wheels, unit::kNone, bound::Positive(), "of the wheels, once calibrated");
     v("laser", o.laser, unit::kNone, bound::Positive(), "of the laser, whose metre is its clock", Origin::kFitted);
+    v("turn", o.turn, unit::kNone, bound::Positive(), "of the wheels' turns, before anything is learned of them");
+    v("learn", o.learn, "what the wheels read wrong is learned while a map grows, and corrected");
   }
   std::vector<std::string> Problems() const { return ProblemsOf(*this); }
 };

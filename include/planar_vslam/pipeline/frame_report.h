@@ -13,6 +13,7 @@
 #include "planar_vslam/geometry/stopwatch.h"
 #include "planar_vslam/pipeline/map_scale.h"
 #include "planar_vslam/pipeline/stage_statistics.h"
+#include "planar_vslam/pipeline/wheel_errors.h"
 
 namespace planar_vslam {
 
@@ -57,6 +58,7 @@ struct EstimatorReport {
   long slips = 0;                           // times the wheels went another way than the view
   std::optional<ScaleReport> scale;         // only where the map was scaled
   MapScale map_scale;                       // of the map as it is now
+  WheelErrors wheels;                       // by what odometry is corrected now
   std::optional<double> scale_known_after;  // m driven until its standard deviation was good enough
   std::optional<Timestamp> initialized;     // first frame with a map
   // Frames whose odometry had its covariance from the noise model, or all of it from messages.

@@ -8,6 +8,7 @@
 #include "planar_vslam/backend/map_keyframe.h"
 #include "planar_vslam/pipeline/frame_report.h"
 #include "planar_vslam/pipeline/map_accuracy.h"
+#include "planar_vslam/pipeline/wheel_errors.h"
 
 namespace planar_vslam {
 
@@ -25,6 +26,7 @@ struct MapChange {
   std::optional<LoopReport> loop;     // it was bent; `in_map` is the follower's to say
   std::optional<MapScale> scale;      // how well its scale is known now
   std::optional<KeyframeAccuracy> accuracy;
+  std::optional<WheelErrors> wheels;  // what the wheels read wrong: its links are corrected by that now
   int bundle_iterations = 0;
   std::string failure;  // of an adjustment, which left the map as it was
   StageTimes times;     // of the job

@@ -28,9 +28,17 @@ struct MapJobsContext {
   ScaleOptions scale;
 };
 
+// What the wheels read wrong, as far as it is known.
+struct LearntWheels {
+  KeyframeId first;     // from whose link on the map's links are corrected...
+  WheelErrors prior;    // ...what was known before them...
+  WheelErrors applied;  // ...and by what they are
+};
+
 class MapJobs {
  public:
-  MapJobs(const MapJobsContext& context, std::shared_ptr<const Map> map, Schedule schedule);
+  // `wheels`: by what the odometry that comes is corrected.
+  MapJobs(const MapJobsContext& context, std::shared_ptr<const Map> map, Schedule schedule, const WheelErrors& wheels);
   ~MapJobs();
   MapJobs(const MapJobs&) = delete;
   MapJobs& operator=(const MapJobs&) = delete;
@@ -68,6 +76,7 @@ class MapJobs {
   };
 
   bool MayAssessScale();
+  std::optional<LearntWheels> MayLearnWheels();
   void Write(std::function<MapChange()> job, bool corrects);
   bool StartDue();
   void Search();
@@ -78,8 +87,10 @@ class MapJobs {
 
   const MapJobsContext context_;
   std::shared_ptr<const Map> map_;
-  MapDrift drift_;                                   // the searcher's
-  std::uint32_t scale_assessed_at_ = 0;              // the next keyframe's id, then
+  MapDrift drift_;                       // the searcher's
+  std::uint32_t scale_assessed_at_ = 0;  // the next keyframe's id, then
+  LearntWheels wheels_;
+  std::uint32_t wheels_learned_at_;                  // the next keyframe's id, then
   std::vector<std::shared_ptr<const Map>> retired_;  // big maps are taken apart on the writer's thread
   std::optional<Writing> writing_;
   std::optional<std::future<Found>> searching_;

@@ -43,6 +43,10 @@ struct MapScale {
 // The longest run of keyframes up to the newest that odometry links one after the other.
 std::vector<LeverArmSample> LinkedTrack(const Map& map);
 
+// By the camera's height over the floor that the landmarks of a metric map show; nothing where they show none. A floor
+// whose parts are at different heights says less. `only_if_even`: nothing where its parts cannot be told apart.
+std::optional<ScaleMeasurement> ScaleByFloor(const Map& map, const ScaleOptions& options, bool only_if_even);
+
 // `systematic`: the shares by which calibrated wheels and the laser read wrong throughout.
 MapScale AssessScale(const Map& map, const ScaleOptions& options, const SystematicErrors& systematic);
 

@@ -25,8 +25,9 @@ struct TrackedFrame {
 class Mapping {
  public:
   // Grows `map`, which holds keyframes. `may_link`: the next keyframe may hang on the newest one by odometry, for
-  // odometry is counted from it on.
-  Mapping(const MapJobsContext& context, std::shared_ptr<const Map> map, Schedule schedule, bool may_link);
+  // odometry is counted from it on. `wheels`: by what the odometry that comes is corrected.
+  Mapping(const MapJobsContext& context, std::shared_ptr<const Map> map, Schedule schedule, bool may_link,
+          const WheelErrors& wheels);
 
   const std::shared_ptr<const Map>& map() const { return jobs_.map(); }
   // Free once the keyframe before is in the map.

@@ -38,11 +38,14 @@ class OdometryCorrector {
  public:
   explicit OdometryCorrector(const OdometryCorrection& correction) : correction_(correction) {}
   OdometryReading Correct(const OdometryReading& reading);
+  // From the next reading on; the corrected odometry goes on from where it is.
+  void SetScale(const Eigen::Vector3d& scale) { correction_.scale = scale; }
   Timestamp Correct(Timestamp stamp) const;
 
  private:
   OdometryCorrection correction_;
   bool started_ = false;
+  bool plain_ = true;  // nothing was corrected yet: readings keep their bits
   Rigid2 T_odom_last_, T_corrected_last_;
 };
 
