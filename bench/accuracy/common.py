@@ -1,4 +1,5 @@
 """What the scripts of this folder and of bench/speed share: calling planar_vslam, rendering drives once, and results as files."""
+import argparse
 import datetime
 import fcntl
 import json
@@ -25,6 +26,18 @@ def call(arguments):
     if done.returncode != 0:
         fail('failed: %s: %s' % (' '.join(arguments), (done.stderr.strip().split('\n') or [''])[-1]))
     return done.stdout
+
+
+def seed_range(text):
+    """'3' is seeds 1 to 3, '2-4' is 2 to 4."""
+    first, dash, last = text.partition('-')
+    try:
+        seeds = list(range(int(first), int(last) + 1)) if dash else list(range(1, int(first) + 1))
+    except ValueError:
+        seeds = []
+    if not seeds or seeds[0] < 0:
+        raise argparse.ArgumentTypeError("'%s': expected a number of seeds, or FIRST-LAST" % text)
+    return seeds
 
 
 def read_json(path):

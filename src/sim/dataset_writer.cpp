@@ -19,12 +19,12 @@ constexpr int kJpegQuality = 95;
 // The folder's text files, written line by line while the simulation runs.
 class Writer {
  public:
-  Writer(const fs::path& folder, bool head_moves, bool with_images) : folder_(folder) {
-    if (head_moves)
+  Writer(const fs::path& folder, const World& world, bool with_images) : folder_(folder) {
+    if (!world.head.motion.empty())
       base_camera_ = Open("base_camera.txt", "# t x y z qx qy qz qw (camera optical in base_footprint)\n");
     if (with_images) images_ = Open("images.csv", "#t,file\n");
     odometry_ = Open("odometry.csv", "#t,x,y,theta,vx,vy,wz\n");
-    scans_ = Open("scan.csv", "");
+    if (world.laser.present()) scans_ = Open("scan.csv", "");
     base_truth_ = Open("groundtruth_base.txt", "# t x y z qx qy qz qw (base_footprint in world)\n");
     camera_truth_ = Open("groundtruth_camera.txt", "# t x y z qx qy qz qw (camera optical in world)\n");
   }
@@ -65,7 +65,7 @@ class Writer {
   // Flushes; the first thing that went wrong.
   Expected<DatasetCounts> Finish() {
     for (auto* file : {&images_, &odometry_, &scans_, &base_truth_, &camera_truth_, &base_camera_}) {
-      const bool optional = file == &images_ || file == &base_camera_;
+      const bool optional = file == &images_ || file == &base_camera_ || file == &scans_;
       if (!file->is_open() && optional) continue;
       file->close();
       if (!*file && failed_.empty()) failed_ = folder_ / "images.csv or one of its companions";
@@ -119,12 +119,31 @@ Expected<bool> WriteCalibration(const World& world, const fs::path& path) {
               "camera: {{width: {}, height: {}, fx: {}, fy: {}, cx: {}, cy: {}, k1: {}, k2: {}, p1: {}, p2: {}, model: "
               "plumb_bob}}\n",
               c.width, c.height, c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2)
-       << "T_base_camera: " << Transform(world.camera.T_base_camera())
-       << "\nT_base_laser: " << Transform(laser.T_base_laser())
-       << fmt::format("\nlaser: {{angle_min: {}, angle_increment: {}, beams: {}, range_max: {}}}\n", laser.angle_min(),
-                      laser.angle_increment(), laser.beams, laser.range_max);
+       << "T_base_camera: " << Transform(world.camera.T_base_camera()) << '\n';
+  if (laser.present()) {
+    file << "T_base_laser: " << Transform(laser.T_base_laser())
+         << fmt::format("\nlaser: {{angle_min: {}, angle_increment: {}, beams: {}, range_max: {}}}\n",
+                        laser.angle_min(), laser.angle_increment(), laser.beams, laser.range_max);
+  }
   file.close();
   if (!file) return Error{path.string() + ": cannot be written"};
+  return true;
+}
+
+// What the body would hit, and what the laser sees. Without a laser, nothing of an earlier one stays.
+Expected<bool> WriteTruthGrids(const World& world, const fs::path& folder) {
+  constexpr double kSlice = 1e-6;  // m, thickness of the laser's plane
+  const Expected<bool> body =
+      WriteTruthGrid(MakeTruthGrid(world, kBodyLow, kBodyHigh), folder / "groundtruth_grid.yaml");
+  if (!body) return body.error();
+  const LaserSpec& laser = world.laser;
+  if (laser.present()) {
+    return WriteTruthGrid(MakeTruthGrid(world, laser.height - kSlice, laser.height + kSlice),
+                          folder / "groundtruth_grid_laser.yaml");
+  }
+  std::error_code was_not_there;
+  for (const char* name : {"scan.csv", "groundtruth_grid_laser.yaml", "groundtruth_grid_laser.pgm"})
+    fs::remove(folder / name, was_not_there);
   return true;
 }
 
@@ -144,15 +163,9 @@ Expected<DatasetCounts> WriteDataset(Simulation& simulation, const fs::path& fol
   const World& world = simulation.world();
   const Expected<bool> calibration = WriteCalibration(world, folder / "calibration.yaml");
   if (!calibration) return calibration.error();
-  constexpr double kSlice = 1e-6;  // m, thickness of the laser's plane
-  const TruthGrid body = MakeTruthGrid(world, kBodyLow, kBodyHigh);
-  const TruthGrid laser = MakeTruthGrid(world, world.laser.height - kSlice, world.laser.height + kSlice);
-  for (const auto& [grid, name] :
-       {std::pair(&body, "groundtruth_grid.yaml"), std::pair(&laser, "groundtruth_grid_laser.yaml")}) {
-    const Expected<bool> written = WriteTruthGrid(*grid, folder / name);
-    if (!written) return written.error();
-  }
-  Writer writer(folder, !world.head.motion.empty(), simulation.renders());
+  const Expected<bool> grids = WriteTruthGrids(world, folder);
+  if (!grids) return grids.error();
+  Writer writer(folder, world, simulation.renders());
   while (const std::optional<SimulatedEvent> event = simulation.Next()) {
     writer.Write(*event);
     if (observer) observer(*event);

@@ -108,15 +108,23 @@ class Follower {
   static constexpr double kWindow = 0.60;                      // m
 
   // The nearest place on the line, never backwards and never far ahead: lines may cross themselves. All of the window
-  // counts: inside a corner the near leg is a local minimum.
+  // counts: inside a corner the near leg is a local minimum. The distance changes by no more than the way along the
+  // line, so places that cannot be nearer are passed over.
   void AdvanceAlong() {
+    constexpr double kRounding = 1e-6;  // m
     const auto distance = [this](double s) { return (line_.At(s) - pose_.translation).squaredNorm(); };
     const double end = std::min(along_ + kWindow, line_.length());
-    double nearest = along_;
-    for (double s = along_; s <= end; s += kAlongStep) {
-      if (distance(s) <= distance(nearest)) nearest = s;
+    double nearest = along_, least = distance(along_);
+    for (double s = along_ + kAlongStep; s <= end; s += kAlongStep) {
+      const double here = distance(s);
+      if (here <= least) {
+        nearest = s, least = here;
+        continue;
+      }
+      double farther = std::sqrt(here) - std::sqrt(least) - kRounding;
+      for (; farther > kAlongStep; farther -= kAlongStep) s += kAlongStep;
     }
-    along_ = distance(line_.length()) < distance(nearest) && end == line_.length() ? end : nearest;
+    along_ = distance(line_.length()) < least && end == line_.length() ? end : nearest;
   }
   static void Approach(double wanted, double acceleration, double* value) {
     const double step = acceleration * Drive::kStep;

@@ -19,7 +19,14 @@ Eigen::Vector2d PlaceOf(const PersonSpec& person, double time) {
 
 Obstacles::Obstacles(const World& world, double radius) : world_(world), radius_(radius), floor_(world) {
   for (Prism& solid : MakeSolids(world.objects)) {
-    if (solid.MeetsBand(kBodyLow, kBodyHigh)) solids_.push_back(std::move(solid));
+    if (!solid.MeetsBand(kBodyLow, kBodyHigh)) continue;
+    Circle circle{Eigen::Vector2d::Zero(), 0.0};
+    for (const Eigen::Vector2d& corner : solid.footprint)
+      circle.centre += corner / static_cast<double>(solid.footprint.size());
+    for (const Eigen::Vector2d& corner : solid.footprint)
+      circle.radius = std::max(circle.radius, (corner - circle.centre).norm());
+    circles_.push_back(circle);
+    solids_.push_back(std::move(solid));
   }
 }
 
@@ -41,7 +48,10 @@ bool Obstacles::Falls(const Rigid2& T_world_base) const {
 Obstacles::Nearest Obstacles::FindNearest(const Eigen::Vector2d& at, double time) const {
   const Eigen::Vector2d room = world_.room.size.head<2>();
   Nearest nearest{std::min(at.minCoeff(), (room - at).minCoeff()) - radius_, kWall};
+  constexpr double kRounding = 1e-9;  // m
   for (std::size_t i = 0; i < solids_.size(); ++i) {
+    const double least = (at - circles_[i].centre).norm() - circles_[i].radius - radius_;
+    if (least > nearest.clearance + kRounding) continue;
     const double clearance = Distance(at, solids_[i].footprint) - radius_;
     if (clearance < nearest.clearance) nearest = {clearance, static_cast<int>(i)};
   }

@@ -29,8 +29,8 @@ PlanarScan LaserSensor::Scan(const Scene& scene, Timestamp stamp, const Rigid3& 
   return scan;
 }
 
-WheelOdometer::WheelOdometer(const OdometrySpec& spec, std::uint64_t seed)
-    : spec_(spec), generator_(MixSeed(seed, RandomStream::kOdometry)) {}
+WheelOdometer::WheelOdometer(const OdometrySpec& spec, BaseKind base, std::uint64_t seed)
+    : spec_(spec), base_(base), generator_(MixSeed(seed, RandomStream::kOdometry)) {}
 
 OdometryReading WheelOdometer::Update(Timestamp stamp, const Rigid3& T_world_base, double slip) {
   if (anchored_) {
@@ -41,7 +41,8 @@ OdometryReading WheelOdometer::Update(Timestamp stamp, const Rigid3& T_world_bas
     const double translation_noise = spec_.translation_noise * std::sqrt(distance);
     const double rotation_noise = spec_.rotation_noise * std::sqrt(distance + rotation);
     const double x = spec_.scale * twist.x() + translation_noise * normal(generator_);
-    const double y = spec_.scale * twist.y() + translation_noise * normal(generator_);
+    const double sideways = spec_.scale * twist.y() + translation_noise * normal(generator_);
+    const double y = base_ == BaseKind::kOmnidirectional ? sideways : 0.0;
     const double yaw = spec_.yaw_scale * twist.z() + rotation_noise * normal(generator_);
     T_odom_base_ = T_odom_base_ * ExpSe2({x, y, yaw});
   }

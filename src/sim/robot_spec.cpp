@@ -16,7 +16,7 @@ Rigid3 LaserSpec::T_base_laser() const { return {Eigen::Quaterniond::Identity(),
 
 // Three sensors with 60 degrees each.
 bool LaserSpec::Looks(double angle) const {
-  if (kind == LaserKind::kFull) return true;
+  if (kind != LaserKind::kPepper) return kind == LaserKind::kFull;
   constexpr double kHalf = M_PI / 6.0, kRounding = 1e-9;  // rad
   const double from_nearest = std::min({std::abs(angle), std::abs(angle - M_PI_2), std::abs(angle + M_PI_2)});
   return from_nearest <= kHalf + kRounding;

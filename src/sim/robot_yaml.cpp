@@ -103,7 +103,7 @@ void ReadCamera(YamlFields fields, CameraSpec* camera) {
 }
 
 void ReadLaser(YamlFields fields, LaserSpec* laser) {
-  fields.ReadEnum("kind", {"full", "pepper"}, &laser->kind);
+  fields.ReadEnum("kind", {"full", "pepper", "none"}, &laser->kind);
   if (laser->kind == LaserKind::kPepper) {
     // Three sectors of 15 beams each, 4 degrees apart, and what lies between them (naoqi_driver's message).
     laser->field_of_view = DegreesToRadians(240.0);

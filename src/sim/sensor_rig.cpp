@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 
 #include "planar_vslam/sim/random.h"
 
 namespace planar_vslam {
 namespace {
 
+constexpr Timestamp kNever{std::numeric_limits<std::int64_t>::max()};
 constexpr double kVelocityStep = 0.005;  // s to both sides, for the camera's velocity
 
 // Of the count-th measurement of a sensor.
@@ -38,14 +41,14 @@ SensorRig::SensorRig(const World& world, const SensorOptions& options)
       exposure_(world.camera),
       shake_(world.camera.shake, 1.0 / world.camera.rate, options.seed),
       laser_(world.laser, options.seed),
-      odometer_(world.odometry, options.seed) {}
+      odometer_(world.odometry, world.drive.base, options.seed) {}
 
 double SensorRig::lead() const { return kVelocityStep + std::max(0.0, -world_.camera.time_offset); }
 
 std::optional<SimulatedEvent> SensorRig::Next(const TrueMotion& motion, double until) {
   const Timestamp odometry = StampAt(odometry_count_, world_.odometry.rate);
-  const Timestamp scan = StampAt(scan_count_, world_.laser.rate);
   const Timestamp image = StampAt(image_count_, world_.camera.rate);
+  const Timestamp scan = world_.laser.present() ? StampAt(scan_count_, world_.laser.rate) : kNever;
   const Timestamp next = std::min({odometry, scan, image});
   if (next > Timestamp::FromSeconds(until)) return std::nullopt;
   if (odometry == next) return NextOdometry(motion);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "planar_vslam/sim/random_world.h"
 #include "planar_vslam/sim/variants.h"
 
 namespace planar_vslam {
@@ -18,6 +19,21 @@ std::vector<fs::path> WorldFolders() {
   return {installed.lexically_normal(), fs::path(PV_SOURCE_DIR) / "config/worlds"};
 }
 
+constexpr const char* kRandom = "random";
+
+Expected<World> FindOrDraw(const WorldChoice& choice) {
+  if (choice.world != kRandom) {
+    if (!choice.kind.empty()) {
+      return Error{fmt::format("kind '{}': expected none, {} is no random world", choice.kind, choice.world)};
+    }
+    const Expected<fs::path> path = FindWorld(choice.world);
+    return path ? LoadWorld(*path) : path.error();
+  }
+  if (choice.kind.empty()) return DrawWorld(choice.seed, KindOfSeed(choice.seed));
+  const Expected<WorldKind> kind = ParseWorldKind(choice.kind);
+  return kind ? DrawWorld(choice.seed, *kind) : kind.error();
+}
+
 }  // namespace
 
 Expected<fs::path> FindWorld(const std::string& world) {
@@ -29,14 +45,12 @@ Expected<fs::path> FindWorld(const std::string& world) {
       if (fs::is_regular_file(path)) return path;
     }
   }
-  return Error{fmt::format("{}: expected a world file, or the name of a world in {}", world.empty() ? "''" : world,
-                           folders.back().string())};
+  return Error{fmt::format("{}: expected a world file, random, or the name of a world in {}",
+                           world.empty() ? "''" : world, folders.back().string())};
 }
 
 Expected<World> OpenWorld(const WorldChoice& choice) {
-  const Expected<fs::path> path = FindWorld(choice.world);
-  if (!path) return path.error();
-  Expected<World> world = LoadWorld(*path);
+  Expected<World> world = FindOrDraw(choice);
   if (world) world = ChooseDrive(*world, choice.drive);
   if (world) world = ApplyVariants(*world, choice.variants, choice.seed);
   return world;

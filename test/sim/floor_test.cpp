@@ -52,7 +52,7 @@ TEST(Floor, ARampPitchesAndLiftsTheRobot) {
 TEST(Floor, OdometryMeasuresTheLengthOfTheSlope) {
   const World world = RoomWithRamp();
   const Floor floor(world);
-  WheelOdometer odometer(world.odometry, 1);
+  WheelOdometer odometer(world.odometry, world.drive.base, 1);
   OdometryReading reading;
   for (int i = 0; i <= 880; ++i) reading = odometer.Update({i}, floor.Stand(Rigid2(0.6 + 0.01 * i, 2.0, 0.0)));
   const double slopes = 6.0 / std::cos(5.0 * M_PI / 180.0);

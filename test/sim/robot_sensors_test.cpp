@@ -87,7 +87,7 @@ TEST(LaserSensor, NoiseHasTheStatedDeviation) {
 
 // The odometer fed with a whole drive at 50 Hz; the last reading.
 Rigid2 LastReading(const Drive& drive, const OdometrySpec& spec, std::uint64_t seed) {
-  WheelOdometer odometer(spec, seed);
+  WheelOdometer odometer(spec, BaseKind::kOmnidirectional, seed);
   OdometryReading reading;
   for (int i = 0; i * 0.02 <= drive.duration(); ++i)
     reading = odometer.Update({i * 20000000LL}, Embed3(drive.At(i * 0.02)));
@@ -97,7 +97,7 @@ Rigid2 LastReading(const Drive& drive, const OdometrySpec& spec, std::uint64_t s
 TEST(WheelOdometer, IntegratesToTheTruthWithoutErrors) {
   const World world = BareRoom();
   const Drive drive = *PlanDrive(world);
-  WheelOdometer odometer(world.odometry, 1);
+  WheelOdometer odometer(world.odometry, world.drive.base, 1);
   for (int i = 0; i * 0.02 <= drive.duration(); ++i) {
     const OdometryReading reading = odometer.Update({i * 20000000LL}, Embed3(drive.At(i * 0.02)));
     const Rigid2 T_odom_base = drive.At(0.0).Inverse() * drive.At(i * 0.02);
@@ -114,10 +114,23 @@ TEST(WheelOdometer, ScalesDistancesAndRotations) {
   const double distance = straight.At(straight.duration()).translation.x() - 1.5;
   EXPECT_NEAR(LastReading(straight, world.odometry, 1).translation.x(), 1.1 * distance, 1e-3);
   world.odometry.yaw_scale = 1.05;
-  WheelOdometer odometer(world.odometry, 1);
+  WheelOdometer odometer(world.odometry, world.drive.base, 1);
   OdometryReading reading;
   for (int i = 0; i <= 100; ++i) reading = odometer.Update({i}, Embed3(Rigid2(0, 0, 0.01 * i)));
   EXPECT_NEAR(reading.T_odom_base.angle, 1.05, 1e-9);
+}
+
+TEST(WheelOdometer, TwoDrivenWheelsTellOfNoWaySideways) {
+  OdometrySpec noisy;
+  noisy.translation_noise = 0.05;
+  for (const BaseKind base : {BaseKind::kDifferential, BaseKind::kOmnidirectional}) {
+    WheelOdometer odometer(noisy, base, 1);
+    double sideways = 0.0;
+    for (int i = 0; i <= 100; ++i)
+      sideways = std::max(sideways,
+                          std::abs(odometer.Update({i}, Embed3(Rigid2(0.01 * i, 0, 0))).T_odom_base.translation.y()));
+    EXPECT_EQ(sideways == 0.0, base == BaseKind::kDifferential) << sideways;
+  }
 }
 
 TEST(WheelOdometer, NoiseGrowsWithTheSquareRootOfTheDistance) {

@@ -161,6 +161,26 @@ TEST(Dataset, WithoutImagesTheRestIsTheSame) {
   for (const auto& [name, bytes] : rest) EXPECT_EQ(bytes, all.at(name)) << name;
 }
 
+TEST(Dataset, OfARobotWithoutLaserHasNothingOfOne) {
+  const test::TemporaryFolder scratch;
+  const fs::path& folder = scratch.path();
+  for (const LaserKind kind : {LaserKind::kFull, LaserKind::kNone}) {
+    World world = *ParseWorld(test::SmallWorldYaml(), "small.yaml");
+    world.laser.kind = kind;
+    SimulationOptions options;
+    options.until = 0.5;
+    options.render = false;
+    Simulation simulation = Simulation::Create(world, options).value();
+    const Expected<DatasetCounts> counts = WriteDataset(simulation, folder);
+    ASSERT_TRUE(counts.ok()) << counts.error().message;
+    const bool has_laser = kind != LaserKind::kNone;
+    EXPECT_EQ(counts->scans > 0, has_laser);
+    EXPECT_EQ(fs::exists(folder / "scan.csv"), has_laser);
+    EXPECT_EQ(fs::exists(folder / "groundtruth_grid_laser.yaml"), has_laser);
+    EXPECT_EQ(Contents(folder / "calibration.yaml").find("laser") != std::string::npos, has_laser);
+  }
+}
+
 TEST(Dataset, NamesTheFolderItCannotWrite) {
   const test::TemporaryFolder folder;
   std::ofstream(folder.path() / "file") << "in the way";

@@ -28,13 +28,19 @@ class Obstacles {
     double clearance;  // m
     int solid;         // index in solids_, or one of the two below
   };
+  // Around a solid's footprint: what is farther away needs no closer look.
+  struct Circle {
+    Eigen::Vector2d centre;  // m
+    double radius;           // m
+  };
   static constexpr int kWall = -1, kPerson = -2;
   Nearest FindNearest(const Eigen::Vector2d& at, double time) const;
   std::string NameOf(const Nearest& nearest, const Eigen::Vector2d& at, double time) const;
 
   World world_;
   double radius_;
-  std::vector<Prism> solids_;  // at the height of the body
+  std::vector<Prism> solids_;    // at the height of the body
+  std::vector<Circle> circles_;  // one a solid
   Floor floor_;
 };
 

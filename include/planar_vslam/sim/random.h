@@ -21,7 +21,8 @@ enum class RandomStream : std::uint64_t {
   kLaser = 4,
   kOdometry = 5,
   kSlips = 6,
-  kFurniture = 7
+  kFurniture = 7,
+  kWorld = 8
 };
 
 constexpr std::uint64_t MixSeed(std::uint64_t seed, RandomStream stream) {

@@ -68,10 +68,11 @@ struct HeadSpec {
   double backlash = 0.0;                 // rad of play in each joint, of which the robot knows nothing
 };
 
-enum class LaserKind { kFull, kPepper };
+enum class LaserKind { kFull, kPepper, kNone };
 
 struct LaserSpec {
-  LaserKind kind = LaserKind::kFull;  // kPepper: beams only in three sectors of 60 degrees, ahead, left and right
+  // kPepper: beams only in three sectors of 60 degrees, ahead, left and right; kNone: the robot has no laser
+  LaserKind kind = LaserKind::kFull;
   double rate = 5.0;                  // Hz
   double height = 0.25;               // m above the floor, over the base's origin
   double field_of_view = 1.5 * M_PI;  // rad, centred on forward
@@ -80,6 +81,7 @@ struct LaserSpec {
   double noise = 0.0;      // m, standard deviation
 
   Rigid3 T_base_laser() const;
+  bool present() const { return kind != LaserKind::kNone; }
   bool Looks(double angle) const;  // whether there is a beam at all
   double angle_min() const { return -0.5 * field_of_view; }
   double angle_increment() const { return field_of_view / (beams - 1); }

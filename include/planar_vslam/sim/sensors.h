@@ -81,10 +81,10 @@ class LaserSensor {
 };
 
 // Dead reckoning with scale errors and noise; starts at the identity. Wheels roll along the floor: on a slope they
-// measure its length, in the robot's own plane.
+// measure its length, in the robot's own plane. Two driven wheels tell of no way sideways.
 class WheelOdometer {
  public:
-  WheelOdometer(const OdometrySpec& spec, std::uint64_t seed);
+  WheelOdometer(const OdometrySpec& spec, BaseKind base, std::uint64_t seed);
   // The first call anchors the odometry frame. `slip` is the factor between what wheels and robot do.
   OdometryReading Update(Timestamp stamp, const Rigid3& T_world_base, double slip = 1.0);
   // The robot is somewhere else without its wheels having turned.
@@ -92,6 +92,7 @@ class WheelOdometer {
 
  private:
   OdometrySpec spec_;
+  BaseKind base_;
   std::mt19937_64 generator_;
   bool anchored_ = false;
   Rigid3 T_world_base_;  // at the last call
