@@ -170,7 +170,8 @@ void AddSimulate(CLI::App& app, int* exit_code) {
       ->add_option("--variant", arguments->variants,
                    "What is different from the file, any number of times:\n" + VariantHelp())
       ->allow_extra_args(false);
-  command->add_option("--seed", arguments->seed, "Random worlds, textures and noise; the same seed gives the same bytes")
+  command
+      ->add_option("--seed", arguments->seed, "Random worlds, textures and noise; the same seed gives the same bytes")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
   command->add_flag("--sensors-only", arguments->sensors_only,

@@ -58,7 +58,7 @@ void ExpectCameraWithinBounds(const World& world) {
   ExpectWithin(camera.time_offset, -0.03, 0.03, "time offset", world);
   ExpectWithin(camera.rolling_shutter, 0, 0.8 / camera.rate, "rolling shutter", world);
   ExpectWithin(RadiansToDegrees(camera.shake), 0, 0.3, "shake", world);
-  ExpectWithin(camera.noise, 1, 8, "noise", world);
+  ExpectWithin(camera.noise, 1, 6, "noise", world);
 }
 
 void ExpectRobotWithinBounds(const World& world) {

@@ -72,7 +72,7 @@ ObjectSpec DrawThing(Draws& draws) {
   thing.kind =
       draws.Weighted<ObjectKind>({{2.0, ObjectKind::kBox}, {1.0, ObjectKind::kChair}, {1.5, ObjectKind::kSwivelChair}});
   thing.yaw = draws.Uniform(-M_PI, M_PI);
-  const double shade = draws.Uniform(50.0, 160.0);
+  const int shade = 50 + 35 * draws.Whole(0, 3);
   if (thing.kind == ObjectKind::kBox) {
     thing.size = {draws.Uniform(0.25, 0.7), draws.Uniform(0.25, 0.7)};
     thing.height = draws.Uniform(0.2, 1.4);
@@ -82,7 +82,7 @@ ObjectSpec DrawThing(Draws& draws) {
   }
   thing.size = thing.kind == ObjectKind::kChair ? Vector2d(0.44, 0.44) : Vector2d(0.48, 0.48);
   thing.height = thing.kind == ObjectKind::kChair ? 0.9 : 0.95;
-  thing.texture = {"fabric", static_cast<int>(shade)};
+  thing.texture = {"fabric", shade};
   return thing;
 }
 

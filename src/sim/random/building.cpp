@@ -159,8 +159,9 @@ TextureSpec Shaded(const std::string& style, double low, double high, Draws& dra
 void DrawSurfaces(Building* building, Draws& draws) {
   using Name = const char*;
   RoomSpec& room = building->world.room;
-  room.floor = Shaded(draws.Weighted<Name>({{3, "plain"}, {3, "tiles"}, {2, "planks"}, {2, "fabric"}}), 90, 190, draws);
-  room.walls = Shaded(draws.Weighted<Name>({{5, "plaster"}, {3, "plain"}, {2, "brick"}}), 150, 225, draws);
+  room.floor =
+      Shaded(draws.Weighted<Name>({{1.5, "plain"}, {3, "tiles"}, {2.5, "planks"}, {3, "fabric"}}), 90, 190, draws);
+  room.walls = Shaded(draws.Weighted<Name>({{6, "plaster"}, {1.5, "plain"}, {2, "brick"}}), 150, 225, draws);
   room.ceiling = Shaded(draws.Weighted<Name>({{6, "panels"}, {2, "plain"}, {2, "plaster"}}), 180, 225, draws);
   room.skirting = draws.Chance(0.7) ? draws.Uniform(0.05, 0.12) : 0.0;
   room.ambient = draws.Uniform(0.25, 0.5);

@@ -195,7 +195,8 @@ class Furnisher {
 
   TextureSpec Finish() {
     TextureSpec finish = building_.style.furniture;
-    if (!building_.style.alike) finish.shade = std::clamp(finish.shade + draws_.Whole(-40, 40), 50, 220);
+    // Three of them: every other shade is another texture to draw and to hold.
+    if (!building_.style.alike) finish.shade = std::clamp(finish.shade + 35 * draws_.Whole(-1, 1), 50, 220);
     return finish;
   }
 

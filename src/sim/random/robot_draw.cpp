@@ -34,7 +34,7 @@ void DrawCamera(CameraSpec* camera, Draws& draws) {
   camera->position = {draws.Uniform(-0.1, 0.2), draws.Uniform(-0.05, 0.05), draws.Uniform(0.2, 1.5)};
   camera->tilt_down = DegreesToRadians(draws.Around(0.0, 20.0));
   camera->shake = draws.Chance(0.3) ? 0.0 : DegreesToRadians(std::abs(draws.Around(0.0, 0.3)));
-  camera->noise = draws.LogUniform(1.0, 8.0);
+  camera->noise = draws.LogUniform(1.0, 6.0);
   camera->auto_exposure = draws.Chance(0.8);
   camera->exposure = camera->auto_exposure ? 1.0 : draws.Uniform(0.7, 1.3);
   camera->exposure_time = draws.Chance(0.15) ? 0.0 : 1e-3 * draws.LogUniform(1.0, 20.0);
