@@ -12,7 +12,7 @@ import common
 
 # name -> settings of run
 RUNS = {'laser': [], 'no laser': ['laser.match=false'], 'visual': ['init=visual']}
-GRID_FIGURES = ('precision', 'recall', 'wrong_free', 'wrong_occupied', 'known')
+GRID_FIGURES = ('precision', 'recall', 'in_sight', 'wrong_free', 'wrong_occupied', 'known')
 LARGE_FILES = ('map.pvm', 'map.bt', 'points.pcd')
 LONGEST = 1200  # s of one command; what takes longer hangs
 LEAST_SLIP = (0.02, math.radians(1.0))  # m and rad that a slip has to change to count

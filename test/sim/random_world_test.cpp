@@ -109,7 +109,7 @@ TEST(RandomWorld, ShowsTheWholeBreadth) {
   }
   for (const int share :
        {differential, without_laser, without_slips, many_slips, people, ramps, glossy, windows, rolling, bare, rich}) {
-    EXPECT_GT(share, kWorlds / 20);
+    EXPECT_GT(share, kWorlds / 40);
     EXPECT_LT(share, kWorlds * 9 / 10);
   }
 }
