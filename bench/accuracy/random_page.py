@@ -1,6 +1,8 @@
-"""What run_random prints and draws of its measurements."""
+"""What run_random prints and draws of its measurements, and the section Random worlds of BENCHMARK.md."""
 import math
 import statistics
+
+from page_parts import metres, percent, section, table
 
 RUNS = ('laser', 'no laser', 'visual')
 LEAST_COVERAGE = 0.9  # of the drive; a run with poses for less of it counts as worse than odometry alone
@@ -150,6 +152,57 @@ def print_kinds(worlds):
             print('%-10s %-9s %6d %13.3f %12.2f %10.2f %10s %6d' % (
                 kind, name, s['worlds'], s['ratio']['median'], s['ratio']['worst'], s['scale_rms'],
                 number(dig(s, 'live_honesty', 'mean'), '%.1f'), len(s['worse'])))
+
+
+# --- BENCHMARK.md -------------------------------------------------------------------------------------------------------
+
+
+def bold(text, missed):
+    return '**%s**' % text if missed else text
+
+
+def honesty_cell(s, which):
+    h = s.get(which)
+    if not h:
+        return '-'
+    return '%s, %.1f; %s' % (bold('%.1f' % h['mean'], not 2 <= h['mean'] <= 5), h['worst'],
+                             bold('%.0f %%' % (100 * h['worlds_covered']), h['worlds_covered'] < 0.9))
+
+
+def grid_cell(s, figure, bar):
+    g = s.get('grids', {}).get(figure)
+    if not g:
+        return '-'
+    return '%s, %.3f' % (bold('%.3f' % g['median'], g['median'] > bar if figure == 'wrong_occupied' else g['median'] < bar), g['worst'])
+
+
+def random_worlds(results):
+    record = results.first('random')
+    if not record:
+        return []
+    summaries = {name: record['summary'][name] for name in RUNS if name in record['summary']}
+    over = lambda name, value, bars: name in bars and value > bars[name]
+    lines = [
+        ('ATE / odometry alone: median, worst', '0.10; without 0.25', lambda n, s: '%s, %.2f' % (
+            bold('%.3f' % s['ratio']['median'], over(n, s['ratio']['median'], RATIO_BARS)), s['ratio']['worst'])),
+        ('ATE; as published; odometry alone: medians (m)', '', lambda n, s: '; '.join(metres(s[k]) for k in ('ate', 'live', 'odometry'))),
+        ('worse than odometry alone', '1 of 60; without 3', lambda n, s: bold('%d of %d' % (len(s['worse']), s['worlds']),
+                                                                            over(n, len(s['worse']) / s['worlds'], WORSE_BARS))),
+        ('scale: error, median; RMS of error / sigma', '0.7 to 1.4', lambda n, s: '%s; %s' % (
+            percent(s['scale_error']), bold('%.2f' % s['scale_rms'], not 0.7 <= s['scale_rms'] <= 1.4))),
+        ('NEES as published: mean, worst; worlds with 93 % of poses within 95 %', '2 to 5; 90 %', lambda n, s: honesty_cell(s, 'live_honesty')),
+        ('NEES of final poses: the same', '', lambda n, s: honesty_cell(s, 'final_honesty')),
+        ('images on odometry; lost', '', lambda n, s: '%s; %s' % (percent(s['odometry_share'], 1), percent(s['lost_share'], 1))),
+        ('ends lost; crashed or hung; without scale', '0; 0', lambda n, s: '%d; %d; %d' % (s['ends_lost'], s['failed'], s['worlds'] - s['metric'])),
+        ('slips counted; made', '', lambda n, s: '%d; %d' % (s['slips']['counted'], s['slips']['made'])),
+        ('fused grids: precision, median, worst', '0.95', lambda n, s: grid_cell(s, 'precision', 0.95)),
+        ('recall', '0.80', lambda n, s: grid_cell(s, 'recall', 0.80)),
+        ('wrong occupied', '0.015', lambda n, s: grid_cell(s, 'wrong_occupied', 0.015))]
+    rows = [[what, bar] + [show(name, s) if s['metric'] else '-' for name, s in summaries.items()] for what, bar, show in lines]
+    names = {'laser': 'with the laser', 'no laser': 'without', 'visual': 'visual start'}
+    return section('Random worlds', '`bench/accuracy/run_random --seeds %d-%d`: [worlds that nobody designed](docs/random_worlds.md), of seeds that nothing '
+                   'was chosen by ([CONTRIBUTING](CONTRIBUTING.md#seeds)).' % tuple(record['seeds']),
+                   table(['over the worlds', 'bar'] + [names[name] for name in summaries], rows))
 
 
 # --- the picture --------------------------------------------------------------------------------------------------------

@@ -16,7 +16,7 @@ namespace planar_vslam {
 namespace {
 
 constexpr std::uint64_t kFirst = 2000;  // far from the seeds that anything is measured with
-constexpr int kWorlds = 120;            // 20 of each kind
+constexpr int kWorlds = 150;            // 25 of each kind
 
 // Drawn once for all tests.
 const std::vector<World>& Worlds() {
