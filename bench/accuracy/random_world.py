@@ -13,6 +13,7 @@ import common
 # name -> settings of run
 RUNS = {'laser': [], 'no laser': ['laser.match=false'], 'visual': ['init=visual']}
 GRID_FIGURES = ('precision', 'recall', 'in_sight', 'wrong_free', 'wrong_occupied', 'known')
+LEAST_POSES = 10  # of a trajectory that can be evaluated
 LARGE_FILES = ('map.pvm', 'map.bt', 'points.pcd')
 LONGEST = 1200  # s of one command; what takes longer hangs
 LEAST_SLIP = (0.02, math.radians(1.0))  # m and rad that a slip has to change to count
@@ -175,7 +176,7 @@ class RandomWorld:
         values = {'metric': report['metric'], 'odometry_share': frames['odometry'] / total, 'lost_share': frames['lost'] / total,
                   'ends_lost': ends_lost(out + '/status.csv'), 'slips': report['slips'], 'loops': len(report['loops']), 'keyframes': report['keyframes'],
                   'cpu_seconds': report['timing']['cpu_seconds'], 'initialized_after': report['initialized_after_seconds']}
-        if report['initialized_after_seconds'] is None:
+        if poses_in(out + '/trajectory.txt') < LEAST_POSES:
             return {**values, 'coverage': 0.0}
         final = self.evaluate(out + '/trajectory.txt', self.truth(), '--align', 'se2' if report['metric'] else 'sim3')
         values.update(coverage=final['coverage'], ate=final['ate_m']['rmse'], largest=final['ate_m']['max'])
@@ -208,6 +209,11 @@ class RandomWorld:
     def kind(self):
         kinds = ('lab', 'office', 'hall', 'corridor', 'warehouse', 'mixed')
         return self.options.kind or kinds[self.seed % len(kinds)]
+
+
+def poses_in(path):
+    with open(path) as file:
+        return sum(line[0] != '#' for line in file)
 
 
 def ends_lost(status):
