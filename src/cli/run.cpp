@@ -19,7 +19,8 @@ struct RunArguments {
   std::string mode;
   std::vector<std::string> assignments;
   bool deterministic = false, quiet = false;
-  double rate = 0.0, until = 0.0;
+  double rate = 0.0, from = 0.0, until = 0.0;
+  std::vector<double> start_at;  // T_map_base: x m, y m, yaw rad
 };
 
 // The configuration, and what a saved map asks of it.
@@ -86,6 +87,19 @@ Expected<bool> StartFromSavedMap(const fs::path& path, Estimator* estimator) {
   return true;
 }
 
+// Where the robot is said to be: within 0.5 m and 15 degrees, taken for two standard deviations. Height and tilt are
+// the floor's.
+Expected<bool> StartWhereGiven(const std::vector<double>& pose, Estimator* estimator) {
+  constexpr double kSigma = 0.25;  // m
+  constexpr double kSigmaYaw = DegreesToRadians(7.5);
+  if (pose.empty()) return true;
+  Matrix6d covariance = Matrix6d::Zero();
+  covariance.diagonal() << kSigma * kSigma, kSigma * kSigma, 0.0, 0.0, 0.0, kSigmaYaw * kSigmaYaw;
+  const Expected<bool> started = estimator->StartAt(Embed3(Rigid2(pose[0], pose[1], pose[2])), covariance);
+  if (!started.ok()) return Error{"--start-at: " + started.error().message};
+  return true;
+}
+
 int Run(const RunArguments& arguments) {
   Expected<PipelineOptions> options = ReadRunOptions(arguments);
   if (!options.ok()) return Fail(kExitBadInput, options.error().message);
@@ -109,11 +123,13 @@ int Run(const RunArguments& arguments) {
   }
   RunSettings settings;
   if (arguments.rate > 0.0) settings.rate = arguments.rate;
+  if (arguments.from > 0.0) settings.from = arguments.from;
   if (arguments.until > 0.0) settings.until = arguments.until;
   if (!arguments.quiet) settings.progress = ProgressBar();
   const Schedule schedule = arguments.rate > 0.0 && !arguments.deterministic ? Schedule::kThreaded : Schedule::kInline;
   Estimator estimator({*options, info.camera, info.has_base_transform, use_odometry, schedule});
-  const Expected<bool> started = StartFromSavedMap(arguments.map, &estimator);
+  Expected<bool> started = StartFromSavedMap(arguments.map, &estimator);
+  if (started.ok()) started = StartWhereGiven(arguments.start_at, &estimator);
   if (!started.ok()) return Fail(kExitBadInput, started.error().message);
   const Expected<RunResult> result = RunSession(**recording, estimator, settings);
   if (!result.ok()) return Fail(kExitBadInput, result.error().message);
@@ -139,6 +155,11 @@ void AddRun(CLI::App& app, int* exit_code) {
   command->add_option("--mode", arguments->mode, "mapping, or localization in the map of --map, which stays as it is");
   command->add_option("--map", arguments->map, "Start from this saved map (.pvm)");
   command->add_option("--save-map", arguments->save_map, "Save the map here too, beside DIR/map.pvm");
+  command
+      ->add_option("--start-at", arguments->start_at,
+                   "x,y,yaw (m, rad) of the robot in the map of --map, good to 0.5 m and 15 degrees")
+      ->delimiter(',')
+      ->expected(3);
   command->add_option("--config", arguments->config, "YAML configuration");
   command->add_option("--set", arguments->assignments, "Override one configuration value: key=value")
       ->allow_extra_args(false);
@@ -146,6 +167,10 @@ void AddRun(CLI::App& app, int* exit_code) {
   command
       ->add_option("--rate", arguments->rate,
                    "Play at this many times real time, dropping frames as a live robot would")
+      ->check(CLI::PositiveNumber);
+  command
+      ->add_option("--from", arguments->from,
+                   "Begin this many seconds after the first image; the wheels count from there")
       ->check(CLI::PositiveNumber);
   command->add_option("--until", arguments->until, "Stop this many seconds after the first image")
       ->check(CLI::PositiveNumber);

@@ -58,6 +58,7 @@ class Session {
       Expected<std::optional<RecordedEvent>> event = recording_.Next();
       if (!event.ok()) return event.error();
       if (!event->has_value() || IsPastEnd(**event)) break;
+      if (IsBeforeStart(**event)) continue;
       std::visit([this](auto&& e) { Take(std::forward<decltype(e)>(e)); }, std::move(**event));
     }
     Keep(estimator_.Flush());
@@ -74,6 +75,15 @@ class Session {
   }
 
  private:
+  // The wheels are read from the first reading on: an image needs one from before it.
+  bool IsBeforeStart(const RecordedEvent& event) const {
+    if (!settings_.from.has_value()) return false;
+    const auto* frame = std::get_if<CameraFrame>(&event);
+    const auto* scan = std::get_if<LaserFrame>(&event);
+    if (frame == nullptr && scan == nullptr) return false;
+    const Timestamp stamp = frame != nullptr ? frame->image.stamp : scan->scan.stamp;
+    return SecondsBetween(recording_.info().first_image, stamp) < *settings_.from;
+  }
   bool IsPastEnd(const RecordedEvent& event) const {
     const auto* frame = std::get_if<CameraFrame>(&event);
     return settings_.until.has_value() && frame != nullptr &&

@@ -16,6 +16,7 @@ namespace planar_vslam {
 
 struct RunSettings {
   std::optional<double> rate;   // times real time, dropping frames as a live robot would; absent: no frame dropped
+  std::optional<double> from;   // s after the first image: images and sweeps before are left out
   std::optional<double> until;  // s after the first image
   std::function<void(long done, long total)> progress;      // called after every image
   std::function<void(const OdometryReading&)> on_odometry;  // each reading as recorded
