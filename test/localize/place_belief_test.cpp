@@ -1,0 +1,150 @@
+#include "planar_vslam/localize/place_belief.h"
+
+#include <gtest/gtest.h>
+
+#include "floor_plan.h"
+
+namespace planar_vslam {
+namespace {
+
+using test::FloorPlan;
+
+std::shared_ptr<const LikelihoodField> FieldOf(const std::vector<PosedSweep>& sweeps) {
+  return std::make_shared<const LikelihoodField>(sweeps);
+}
+
+// Drives through `plan` from `T` on, `count` steps, and tells of each place what the laser sees. Where the robot is in
+// the end.
+Rigid2 Drive(const FloorPlan& plan, Rigid2 T, const Rigid2& step, int count, PlaceBelief* belief) {
+  for (int i = 0; i < count; ++i) {
+    belief->AddSweep(plan.Sweep(T, static_cast<unsigned>(i + 7)), FloorPlan::T_base_laser(), Rigid2());
+    if (i + 1 == count) break;
+    T = T * step;
+    belief->Move(step);
+  }
+  return T;
+}
+
+void ExpectAt(const std::optional<Rigid2>& believed, const Rigid2& truth) {
+  ASSERT_TRUE(believed.has_value());
+  EXPECT_LT((believed->translation - truth.translation).norm(), 0.1);
+  EXPECT_LT(std::abs(WrapAngle(believed->angle - truth.angle)), DegreesToRadians(3.0));
+}
+
+const Rigid2 kStep(0.25, 0.0, 0.1);
+
+TEST(PlaceBelief, FindsTheOnlyPlaceThatFits) {
+  PlaceBelief belief(FieldOf(test::MappedOffice()));
+  const Rigid2 truth = Drive(test::Office(), Rigid2(1.0, 1.0, 0.3), kStep, 4, &belief);
+  ExpectAt(belief.Believed(), truth);
+  EXPECT_FALSE(belief.Contradicts(truth));
+  EXPECT_TRUE(belief.Contradicts(truth * Rigid2(0.9, 0.4, 1.0)));
+}
+
+TEST(PlaceBelief, OneSweepIsNotEnough) {
+  PlaceBelief belief(FieldOf(test::MappedOffice()));
+  Drive(test::Office(), Rigid2(1.0, 1.0, 0.3), kStep, 1, &belief);
+  EXPECT_FALSE(belief.Believed().has_value());
+  for (int i = 0; i < 20; ++i) {  // nor are many from the same place
+    EXPECT_FALSE(belief.AddSweep(test::Office().Sweep(Rigid2(1.0, 1.0, 0.3)), FloorPlan::T_base_laser(), Rigid2()));
+  }
+  if (belief.WantsView()) belief.AddView({});
+  EXPECT_FALSE(belief.Believed().has_value()) << "nor a view from there";
+}
+
+TEST(PlaceBelief, FindsItWhereFurnitureWasMoved) {
+  FloorPlan changed;
+  changed.Box(0, 0, 6, 4).Box(0, 3, 1.2, 4).Wall(5.2, 4, 5.2, 3.1).Box(2.0, 2.6, 2.7, 3.0);
+  PlaceBelief belief(FieldOf(test::MappedOffice()));
+  const Rigid2 truth = Drive(changed, Rigid2(1.0, 1.0, 0.3), kStep, 4, &belief);
+  ExpectAt(belief.Believed(), truth);
+}
+
+TEST(PlaceBelief, NeverBelievesInARoomTheMapDoesNotKnow) {
+  const auto field = FieldOf(test::MappedOffice());
+  const FloorPlan workshop = test::Workshop();
+  for (const double heading : {0.0, 1.3, 2.6, -2.4, -1.1}) {
+    for (const Rigid2& step : {kStep, Rigid2(0.2, 0.05, -0.15)}) {
+      PlaceBelief belief(field);
+      Rigid2 T(1.4, 3.0, heading);
+      for (int i = 0; i < 5; ++i) {
+        T = Drive(workshop, T, step, 2, &belief);
+        EXPECT_FALSE(belief.Believed().has_value()) << heading << " " << i;
+      }
+    }
+  }
+}
+
+// Two rooms that are the same, and a corridor between their doors, which are at different ends of it.
+class TwinRooms : public ::testing::Test {
+ protected:
+  TwinRooms() {
+    FloorPlan room;
+    room.Wall(0, 0, 4, 0).Wall(4, 0, 4, 3).Wall(4, 3, 2.4, 3).Wall(1.4, 3, 0, 3).Wall(0, 3, 0, 0).Box(2.8, 0, 4, 0.7);
+    plan_.Add(room, Rigid2()).Add(room, Rigid2(6, 0, 0));
+    plan_.Wall(-1, 3, 0, 3).Wall(4, 3, 6, 3).Wall(10, 3, 14, 3).Wall(-1, 4.5, 14, 4.5).Wall(-1, 3, -1, 4.5);
+    plan_.Wall(14, 3, 14, 4.5).Box(4.4, 4.1, 5.4, 4.5);
+    sweeps_ = test::Mapped(plan_, {0.6, 0.6}, {3.4, 2.4});
+    for (const PosedSweep& more : test::Mapped(plan_, {6.6, 0.6}, {9.4, 2.4})) sweeps_.push_back(more);
+    for (const PosedSweep& more : test::Mapped(plan_, {-0.2, 3.7}, {13.0, 3.8})) sweeps_.push_back(more);
+  }
+  FloorPlan plan_;
+  std::vector<PosedSweep> sweeps_;
+};
+
+TEST_F(TwinRooms, AreNotBelievedUntilToldApart) {
+  PlaceBelief belief(FieldOf(sweeps_));
+  Rigid2 T = Drive(plan_, Rigid2(7.9, 0.7, M_PI_2), Rigid2(0.25, 0.0, 0.0), 5, &belief);
+  EXPECT_FALSE(belief.Believed().has_value()) << "it may be in either";
+  ASSERT_GE(belief.hypotheses().size(), 2U);
+  for (int i = 0; i < 18 && !belief.Believed().has_value(); ++i) {  // out of the door, and along the corridor
+    const Rigid2 step = T.translation.y() < 3.6 ? Rigid2(0.25, 0.0, 0.0) : Rigid2(0.2, 0.0, T.angle > 0.1 ? -0.5 : 0.0);
+    T = T * step;
+    belief.Move(step);
+    belief.AddSweep(plan_.Sweep(T), FloorPlan::T_base_laser(), Rigid2());
+  }
+  ExpectAt(belief.Believed(), T);
+}
+
+TEST_F(TwinRooms, AreToldApartBySight) {
+  PlaceBelief belief(FieldOf(sweeps_));
+  Rigid2 T = Drive(plan_, Rigid2(7.9, 0.7, M_PI_2), Rigid2(0.25, 0.0, 0.0), 3, &belief);
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_TRUE(belief.WantsView());
+    belief.AddView({{T, 30}});
+    EXPECT_FALSE(belief.WantsView()) << "the same view again is no evidence";
+    T = T * kStep;
+    belief.Move(kStep);
+  }
+  ExpectAt(belief.Believed(), T);
+}
+
+TEST(PlaceBelief, BySightAloneNeedsViewsThatAgree) {
+  PlaceBelief belief(nullptr);
+  Rigid2 T(1.0, 2.0, 0.5);
+  for (int i = 0; i < 6; ++i) {  // each elsewhere
+    belief.AddView({{Rigid2(3.0 * i, 2.0, 0.4 * i), 25}});
+    belief.Move(kStep);
+    EXPECT_FALSE(belief.Believed().has_value());
+  }
+  PlaceBelief other(nullptr);
+  for (int i = 0; i < 6; ++i) {
+    other.AddView({{T, 25}, {Rigid2(9.0, 3.0 * i, 0.0), 16}});
+    T = T * kStep;
+    other.Move(kStep);
+  }
+  ExpectAt(other.Believed(), T);
+}
+
+TEST(PlaceBelief, GivesUpAPlaceThatTheRobotWasCarriedAwayFrom) {
+  PlaceBelief belief(FieldOf(test::MappedOffice()));
+  Drive(test::Office(), Rigid2(1.0, 1.0, 0.3), kStep, 4, &belief);
+  ASSERT_TRUE(belief.Believed().has_value());
+  belief.Move(kStep);
+  const Rigid2 truth = Drive(test::Office(), Rigid2(4.7, 2.3, 2.8), Rigid2(0.22, 0.0, 0.02), 12, &belief);
+  if (belief.Believed().has_value()) ExpectAt(belief.Believed(), truth);
+  EXPECT_TRUE(belief.Contradicts(Rigid2(1.0, 1.0, 0.3)));
+}
+
+}  // namespace
+}  // namespace planar_vslam
