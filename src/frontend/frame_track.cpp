@@ -66,14 +66,31 @@ PosePrediction FrameTrack::PredictWithoutOdometry() const {
 PosePrediction FrameTrack::Predict() const {
   const std::optional<Rigid3> step = OdometryStep();
   if (!step.has_value()) return PredictWithoutOdometry();
-  return {last_->T_map_base(map_) * *step,
-          Propagate(last_->covariance, *step) + LiftedCovariance(*input_.odometry, context_.odometry_noise), true};
+  return Fixed({last_->T_map_base(map_) * *step,
+                Propagate(last_->covariance, *step) + LiftedCovariance(*input_.odometry, context_.odometry_noise),
+                true});
+}
+
+// A Kalman update. Where the wheels slipped, what they missed is part of their covariance first.
+PosePrediction FrameTrack::Fixed(PosePrediction prediction) const {
+  if (!input_.fix.has_value()) return prediction;
+  const PlanarFix& fix = *input_.fix;
+  const Eigen::Vector3d off = LogSe2(ProjectToPlane(prediction.T_map_base).Inverse() * fix.T_map_base);
+  Matrix6d& P = prediction.covariance;
+  const auto innovation = [&]() -> Eigen::Matrix3d { return P(kPlanarRows, kPlanarRows) + fix.covariance; };
+  if (off.dot(innovation().ldlt().solve(off)) > kChi2ThreeDof999) P(kPlanarRows, kPlanarRows) += off * off.transpose();
+  const Eigen::Matrix<double, 6, 3> cross = P(Eigen::all, kPlanarRows);
+  const Eigen::Matrix<double, 6, 3> gain = innovation().ldlt().solve(cross.transpose()).transpose();
+  prediction.T_map_base = prediction.T_map_base * ExpSe3(gain * off);
+  const Matrix6d reduced = P - gain * cross.transpose();
+  P = 0.5 * (reduced + reduced.transpose());
+  return prediction;
 }
 
 bool FrameTrack::FollowLastFrame() {
   if (!last_->tracked) return false;
   if (SearchLastFrame()) return true;
-  if (!prediction_.from_odometry) return false;
+  if (!prediction_.from_odometry || IsFixed()) return false;
   used_ = PredictWithoutOdometry();
   if (SearchLastFrame()) return true;
   used_ = prediction_;
@@ -172,6 +189,10 @@ bool FrameTrack::Optimize() {
     optimize_again();
   }
   result_.odometry_rejected = is_beyond(kPlanarRows);
+  if (result_.odometry_rejected && IsFixed()) {
+    result_.odometry_rejected = false;  // nor did the wheels slip: the laser agrees with them
+    return false;
+  }
   if (result_.odometry_rejected) {  // slip, or a wrong match: let vision speak alone
     problem.prior.reset();
     optimize_again();
@@ -181,9 +202,36 @@ bool FrameTrack::Optimize() {
   result_.covariance = CovarianceOf(pose);
   KeepInliers(observations, &result_.matches);
   AddTime("track.pose", posing);
+  if (input_.slot == KeyframeSlot::kNone && ContradictsOdometry() && !IsSpread()) {
+    result_.odometry_rejected = false;
+    return false;
+  }
   const bool odometry_agrees = used_.from_odometry && !result_.odometry_rejected;
   const TrackerOptions& o = context_.options;
   return result_.inliers >= (odometry_agrees ? o.min_inliers_odometry : o.min_inliers);
+}
+
+bool FrameTrack::ContradictsOdometry() const {
+  return prediction_.from_odometry &&
+         IsBeyond(LogSe3(prediction_.T_map_base.Inverse() * result_.T_map_base), prediction_.covariance, kPlanarRows);
+}
+
+bool FrameTrack::IsSpread() const {
+  constexpr int kColumns = 4, kRows = 3;
+  constexpr std::size_t kLeast = 5;  // of twelve parts of the image: one thing at some distance fills four
+  constexpr int kInPart = 2;         // inliers, in one that counts
+  std::array<int, kColumns * kRows> inliers{};
+  for (std::size_t i = 0; i < result_.matches.landmarks.size(); ++i) {
+    if (!result_.matches.landmarks[i].valid()) continue;
+    const Eigen::Vector2f& pixel = view_.features->keypoints[i].pixel;
+    const auto part = [](float at, int size, int parts) {
+      return std::clamp(static_cast<int>(at * static_cast<float>(parts) / static_cast<float>(size)), 0, parts - 1);
+    };
+    ++inliers[static_cast<std::size_t>(part(pixel.y(), view_.camera.height, kRows) * kColumns +
+                                       part(pixel.x(), view_.camera.width, kColumns))];
+  }
+  return std::count_if(inliers.begin(), inliers.end(), [](int n) { return n >= kInPart; }) >=
+         static_cast<std::ptrdiff_t>(kLeast);
 }
 
 bool FrameTrack::IsJump() const {

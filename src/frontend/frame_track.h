@@ -29,6 +29,9 @@ class FrameTrack {
   const CameraView& view() const { return view_; }
   std::optional<Rigid3> OdometryStep() const;
 
+  // Whether the laser tells the pose by itself. What the camera says otherwise stands on something that was moved.
+  bool IsFixed() const { return input_.fix.has_value() && input_.fix->complete; }
+
   // Landmarks of the last frame around the prediction; then, after a large slip, around where the motion so far leads.
   bool FollowLastFrame();
   // The map around odometry's prediction, window by its covariance, where vision agrees with it.
@@ -57,10 +60,16 @@ class FrameTrack {
  private:
   PosePrediction PredictWithoutOdometry() const;
   PosePrediction Predict() const;
+  // With the fix, where there is one.
+  PosePrediction Fixed(PosePrediction prediction) const;
   bool SearchLastFrame();
   // `candidates` among the keypoints, from the pose so far; added to the matches.
   void Match(const std::vector<LandmarkId>& candidates, const ProjectionSearchOptions& search);
   bool Optimize();
+  // Whether the pose so far is more than odometry explains.
+  bool ContradictsOdometry() const;
+  // Whether well-separated parts of the image speak for the pose so far, and not one thing, which may have been moved.
+  bool IsSpread() const;
 
   const TrackerContext& context_;
   const TrackInput& input_;

@@ -64,11 +64,14 @@ std::vector<KeyframeId> PlaceSearch::Candidates(const Map& map, const CameraView
 }
 
 std::optional<Placement> PlaceSearch::Best(const Map& map, const CameraView& view,
-                                           const std::vector<KeyframeId>& candidates) const {
+                                           const std::vector<KeyframeId>& candidates) {
   std::vector<Placement> found;
+  seen_.clear();
   for (const KeyframeId keyframe : candidates) {
     std::optional<Placement> placement = Recognize(map, view, keyframe);
-    if (placement.has_value() && placement->matches.count >= min_inliers_) found.push_back(std::move(*placement));
+    if (!placement.has_value()) continue;
+    seen_.push_back(*placement);
+    if (placement->matches.count >= min_inliers_) found.push_back(std::move(*placement));
   }
   if (found.empty()) return std::nullopt;
   const Placement& best = *std::max_element(found.begin(), found.end(), [](const Placement& a, const Placement& b) {

@@ -75,6 +75,7 @@ bool Tracker::FindFirstPose(const Map& map, FrameTrack* frame) {
     if (frame->FollowLastFrame()) return true;
     if (!frame->prediction().from_odometry) return frame->Take(places_.FindAnywhere(map, frame->view()));
     if (frame->SearchAroundPrediction()) return true;
+    if (frame->IsFixed()) return false;  // the robot is where the laser says
     const bool anywhere = last_->blind_frames >= kPatience && last_->blind_frames % kGlobalPeriod == 0;
     if (!anywhere) expected.T_map_base = frame->prediction().T_map_base;
   }
@@ -85,6 +86,7 @@ bool Tracker::FindFirstPose(const Map& map, FrameTrack* frame) {
 }
 
 TrackResult Tracker::Track(const TrackInput& input, const Map& map) {
+  places_.ForgetSeen();
   FrameTrack frame(context_, input, map, last_.has_value() ? &*last_ : nullptr, floor_.on_floor());
   TrackResult result;
   if (FindFirstPose(map, &frame) && frame.TrackLocalMap() && !frame.IsLookAlike()) {

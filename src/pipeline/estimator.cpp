@@ -262,6 +262,7 @@ Expected<bool> Estimator::SetMode(RunMode mode) {
       FollowSweeps();
     }
     session_->mapping.reset();
+    session_->localization.UseSweeps();
     loaded_map_ = map();  // a restart starts in it again
   } else {
     const Expected<bool> may_grow = MayGrow(map_camera_);

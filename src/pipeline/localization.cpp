@@ -1,9 +1,15 @@
 #include "planar_vslam/pipeline/localization.h"
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
+
+#include "planar_vslam/geometry/tangent_parts.h"
 
 namespace planar_vslam {
 namespace {
+
+constexpr double kBetweenSweeps = 0.3;  // s: a laser turns more slowly than images come
 
 // Features of the image, with twice the keypoints while there is no map: initialisation needs the matches.
 FrameFeaturesPtr Extract(OrbExtractor* extractor, const GrayImage& image, bool initializing, int count) {
@@ -26,11 +32,21 @@ Localization::Localization(const PipelineOptions& options, const MeasurementMode
 void Localization::StartIn(std::shared_ptr<const Map> map) {
   map_ = std::move(map);
   tracker_.StartUnlocalized();
+  UseSweeps();
+}
+
+void Localization::UseSweeps() {
+  map_laser_ = options_.laser_localize == LaserLocalize::kAuto ? LaserOf(*map_, options_.scan_match) : MapLaser{};
+  laser_.reset();
+  if (map_laser_.surfaces != nullptr) laser_.emplace(map_laser_);
 }
 
 void Localization::StartAt(const Rigid3& T_map_base, const Matrix6d& covariance) {
   tracker_.StartAt(*map_, T_map_base, covariance);
   last_.T_map_base = T_map_base;
+  last_.covariance = covariance;
+  finder_.reset();
+  unconfirmed_ = 0;
   last_.leads_from = Timestamp{last_.stamp.nanoseconds + 1};
 }
 
@@ -100,11 +116,26 @@ std::shared_ptr<const Map> Localization::Initialize(const FramePacket& packet, T
 
 void Localization::Track(const FramePacket& packet, KeyframeSlot slot, TrackedFrame* frame, FrameReport* report) {
   const bool was_localized = tracker_.localized();
-  frame->track = tracker_.Track({packet.image.stamp, frame->features, packet.T_base_camera, frame->step, slot}, *map_);
+  const bool grows = slot != KeyframeSlot::kNone;
+  const bool found = FindPlace(packet, *frame, grows);
+  TrackInput input{packet.image.stamp, frame->features, packet.T_base_camera, frame->step, slot};
+  if (found) input.odometry = PlanarMotion{};  // the frame is where it was found
+  if (!grows && input.odometry.has_value()) input.fix = FixByLaser(packet, *input.odometry);
+  frame->track = tracker_.Track(input, *map_);
+  if (found) frame->track.jumped = true;
+  WeighView(packet, was_localized, frame);
   const TrackResult& track = frame->track;
   report->times.insert(report->times.end(), track.times.begin(), track.times.end());
   report->metric = map_->metric;
   report->state = track.status;
+  if (input.fix.has_value() && input.fix->complete) fixed_ = packet.image.stamp;
+  const bool fixed = fixed_.has_value() && SecondsBetween(*fixed_, packet.image.stamp) < kBetweenSweeps;
+  if (track.status == TrackingState::kOdometry && fixed) report->state = TrackingState::kTracking;
+  const bool declared = found || (was_localized && !grows && report->state == TrackingState::kTracking &&
+                                  input.odometry.has_value() && Jumps(track, *input.odometry, packet.image.stamp));
+  if (declared) report->state = TrackingState::kRelocalized;
+  unconfirmed_ =
+      report->state == TrackingState::kOdometry || report->state == TrackingState::kLost ? unconfirmed_ + 1 : 0;
   report->inliers = track.inliers;
   report->covariance = track.covariance + CovarianceOfMapAt(track.T_map_base, *map_, accuracy_, options_.mount);
   report->odometry_rejected = track.odometry_rejected;
@@ -118,6 +149,57 @@ void Localization::Track(const FramePacket& packet, KeyframeSlot slot, TrackedFr
   report->T_map_base = track.T_map_base;
 }
 
+bool Localization::FindPlace(const FramePacket& packet, const TrackedFrame& frame, bool map_grows) {
+  constexpr int kPatience = 20;  // frames during which the robot is taken to be about where odometry says
+  const bool lost = unconfirmed_ >= kPatience && !map_grows;
+  if (!frame.step.has_value() || !map_->metric || (tracker_.localized() && !lost)) {
+    finder_.reset();
+    return false;
+  }
+  if (!finder_.has_value()) finder_.emplace(map_laser_.field, tracker_.localized());
+  finder_->Add(packet, frame.step->T_i_j);
+  const std::optional<PlanarFix> found = finder_->Found();
+  if (!found.has_value()) return false;
+  Matrix6d covariance = Matrix6d::Zero();
+  covariance(kPlanarRows, kPlanarRows) = found->covariance;
+  StartAt(Embed3(found->T_map_base), covariance);
+  last_.leads_from = packet.image.stamp;
+  return true;
+}
+
+void Localization::WeighView(const FramePacket& packet, bool was_localized, TrackedFrame* frame) {
+  if (!finder_.has_value()) return;
+  const TrackResult& track = frame->track;
+  const bool by_sight = track.status == TrackingState::kTracking || track.status == TrackingState::kRelocalized;
+  if (!by_sight) {
+    finder_->AddView(ViewOf(packet, *frame), *map_, tracker_.seen_places());
+  } else if ((!was_localized || track.jumped) && finder_->Contradicts(track.T_map_base)) {
+    tracker_.StartUnlocalized();
+    frame->track = TrackResult{};
+  }
+}
+
+std::optional<PlanarFix> Localization::FixByLaser(const FramePacket& packet, const PlanarMotion& step) {
+  if (!tracker_.localized() || !laser_.has_value()) return std::nullopt;
+  const Eigen::Matrix3d adjoint = AdjointSe2(step.T_i_j.Inverse());
+  const Eigen::Matrix3d last = last_.covariance(kPlanarRows, kPlanarRows);
+  return laser_->Fix(packet, ProjectToPlane(last_.T_map_base) * step.T_i_j,
+                     adjoint * last * adjoint.transpose() + step.covariance);
+}
+
+bool Localization::Jumps(const TrackResult& track, const PlanarMotion& step, Timestamp stamp) const {
+  constexpr double kPeriod = 0.05;    // s
+  constexpr double kDistance = 0.02;  // m in a period
+  constexpr double kAngle = DegreesToRadians(1.0);
+  const Rigid2 off = (ProjectToPlane(last_.T_map_base) * step.T_i_j).Inverse() * ProjectToPlane(track.T_map_base);
+  const double periods = std::max(1.0, SecondsBetween(last_.stamp, stamp) / kPeriod);
+  return off.translation.norm() > periods * kDistance || std::abs(off.angle) > periods * kAngle;
+}
+
+CameraView Localization::ViewOf(const FramePacket& packet, const TrackedFrame& frame) const {
+  return {frame.features, packet.T_base_camera, model_.camera, model_.planar, model_.pixel_sigma};
+}
+
 void Localization::Record(const FramePacket& packet, bool was_localized, TrackedFrame* frame) {
   const TrackResult& track = frame->track;
   const RecordedFrame recorded{packet.image.stamp, track.reference, track.T_ref_base, packet.T_base_camera,
@@ -128,6 +210,7 @@ void Localization::Record(const FramePacket& packet, bool was_localized, Tracked
   trajectory_.Add(recorded);
   frame->number = trajectory_.size() - 1;
   last_.T_map_base = track.T_map_base;
+  last_.covariance = track.covariance;
   last_.stamp = packet.image.stamp;
   if (track.jumped) last_.leads_from = packet.image.stamp;
 }

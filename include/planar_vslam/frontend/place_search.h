@@ -28,6 +28,9 @@ class PlaceSearch {
   std::optional<Placement> FindConfirmed(const Map& map, const CameraView& view, const PlaceExpectation& expected);
   // The robot is found: the next search begins anew.
   void Forget() { hypothesis_.reset(); }
+  // Where the last search would put the view, with too few inliers too: evidence for who gathers it while driving.
+  const std::vector<Placement>& seen() const { return seen_; }
+  void ForgetSeen() { seen_.clear(); }
 
  private:
   struct Hypothesis {
@@ -39,12 +42,12 @@ class PlaceSearch {
   std::vector<KeyframeId> Candidates(const Map& map, const CameraView& view, const PlaceExpectation& expected,
                                      const std::optional<Hypothesis>& previous);
   // The candidate with the most inliers, unless it has a rival.
-  std::optional<Placement> Best(const Map& map, const CameraView& view,
-                                const std::vector<KeyframeId>& candidates) const;
+  std::optional<Placement> Best(const Map& map, const CameraView& view, const std::vector<KeyframeId>& candidates);
 
   int min_inliers_;
   PlaceIndex index_;  // brought up to date when it is needed
   std::optional<Hypothesis> hypothesis_;
+  std::vector<Placement> seen_;
 };
 
 }  // namespace planar_vslam

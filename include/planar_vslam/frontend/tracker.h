@@ -88,12 +88,20 @@ enum class KeyframeSlot {
   kFree,
 };
 
+// The pose of the base on the floor as something else than odometry and camera measured it: the laser, in a saved map.
+struct PlanarFix {
+  Rigid2 T_map_base;
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();  // of a right perturbation [x, y, angle]
+  bool complete = false;                                     // all three are known: it stands against the camera
+};
+
 struct TrackInput {
   Timestamp stamp;
   FrameFeaturesPtr features;
   Rigid3 T_base_camera;
   std::optional<PlanarMotion> odometry;  // since the last tracked frame
   KeyframeSlot slot = KeyframeSlot::kFree;
+  std::optional<PlanarFix> fix{};  // of the base at this frame
 };
 
 struct TrackResult {
@@ -149,6 +157,8 @@ class Tracker {
   // given up after some blind frames: the robot is then looked for in the whole map. `map` has a keyframe.
   void StartAt(const Map& map, const Rigid3& T_map_base, const Matrix6d& covariance);
   bool localized() const { return last_.has_value(); }
+  // Where the search for the place of the last frame would put it, with too few inliers too.
+  const std::vector<Placement>& seen_places() const { return places_.seen(); }
   // The map was scaled as a whole: relative motions of the camera scale with it.
   void OnMapScaled(const Map& map, double scale);
   // Tells that `keyframe` was made, T_keyframe_last (bases) ago: it becomes the reference.

@@ -13,6 +13,7 @@
 #include "planar_vslam/pipeline/map_change.h"
 #include "planar_vslam/pipeline/mapping.h"
 #include "planar_vslam/pipeline/options.h"
+#include "planar_vslam/pipeline/saved_place.h"
 #include "planar_vslam/pipeline/synchronizer.h"
 #include "planar_vslam/pipeline/trajectory_recorder.h"
 
@@ -27,6 +28,8 @@ class Localization {
   void StartIn(std::shared_ptr<const Map> map);
   // The next frame is at `T_map_base`, with this covariance (right tangent [translation, rotation]). There is a map.
   void StartAt(const Rigid3& T_map_base, const Matrix6d& covariance);
+  // The map stays as it is from now on: its sweeps tell poses.
+  void UseSweeps();
   // Adopts a changed map.
   void Follow(const MapChange& change);
 
@@ -43,6 +46,17 @@ class Localization {
   std::shared_ptr<const Map> Initialize(const FramePacket& packet, TrackedFrame* frame, FrameReport* report);
   void Track(const FramePacket& packet, KeyframeSlot slot, TrackedFrame* frame, FrameReport* report);
   void Record(const FramePacket& packet, bool was_localized, TrackedFrame* frame);
+  // While the place is unknown, or long unconfirmed: what this packet says of it. Whether it became clear, and frames
+  // go on from there.
+  bool FindPlace(const FramePacket& packet, const TrackedFrame& frame, bool map_grows);
+  // The view of a frame that was not found goes to what is known of its place; one that was found there is held against
+  // it, and refused where the laser sees another place.
+  void WeighView(const FramePacket& packet, bool was_localized, TrackedFrame* frame);
+  // What the laser says of the pose, in a map that stays as it is. `step`: since the frame before.
+  std::optional<PlanarFix> FixByLaser(const FramePacket& packet, const PlanarMotion& step);
+  // Whether the pose is off what odometry leads to by more than a controller may see without being told.
+  bool Jumps(const TrackResult& track, const PlanarMotion& step, Timestamp stamp) const;
+  CameraView ViewOf(const FramePacket& packet, const TrackedFrame& frame) const;
 
   const PipelineOptions options_;
   const MeasurementModel model_;
@@ -53,11 +67,17 @@ class Localization {
   std::optional<KeyframeAccuracy> accuracy_;
   TrajectoryRecorder trajectory_;
   EarlyFrames early_frames_;
+  MapLaser map_laser_;                 // of the map that was started in
+  std::optional<PlaceFinder> finder_;  // while the place is unknown
+  std::optional<LaserTracker> laser_;
+  std::optional<Timestamp> fixed_;  // frame of which the laser told the whole pose, the last one
+  int unconfirmed_ = 0;             // frames in a row whose pose neither camera nor laser told
   struct {
     Rigid3 T_map_base;
     Timestamp stamp;
-    Timestamp leads_from;  // stamp from which on poses lead to it without a jump
-  } last_;                 // frame with a pose
+    Matrix6d covariance = Matrix6d::Zero();  // without that of the map
+    Timestamp leads_from;                    // stamp from which on poses lead to it without a jump
+  } last_;                                   // frame with a pose
 };
 
 }  // namespace planar_vslam

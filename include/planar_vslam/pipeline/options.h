@@ -36,6 +36,9 @@ struct MountUncertainty {
   std::vector<std::string> Problems() const { return ProblemsOf(*this); }
 };
 
+// Whether the laser helps to localise in a saved map that has sweeps.
+enum class LaserLocalize { kAuto, kOff };
+
 enum class OdometryUse { kAuto, kRequired, kOff };
 
 struct TopicOptions {
@@ -71,7 +74,8 @@ struct PipelineOptions {
   PlanarPriorOptions planar;
   ScaleOptions scale;
   SystematicErrors systematic;
-  ScanMatchOptions scan_match;  // the section `laser`
+  ScanMatchOptions scan_match;                          // the section `laser`
+  LaserLocalize laser_localize = LaserLocalize::kAuto;  // ...its key `localize`
   MapBuilderOptions mapping2d;
   TopicOptions topics;
   MountUncertainty mount;
@@ -123,8 +127,10 @@ struct PipelineOptions {
     v.Section("calibration",
               "Corrections to what the recording says of its sensors; `planar_vslam calibrate` finds them.");
     SensorCorrection::Visit(o.calibration, v);
-    v.Section("laser", "Motion between keyframes from matched laser sweeps.");
+    v.Section("laser", "Motion between keyframes from matched laser sweeps, and poses in a saved map that has sweeps.");
     ScanMatchOptions::Visit(o.scan_match, v);
+    v("localize", o.laser_localize, {{"auto", LaserLocalize::kAuto}, {"off", LaserLocalize::kOff}},
+      "auto (poses in a saved map by its sweeps, where there is a laser) or off");
     v.Section("scale", "Scale: that of a visually initialised map, and how well a map's scale is known.");
     ScaleOptions::Visit(o.scale, v);
     v.Section(

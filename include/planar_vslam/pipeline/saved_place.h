@@ -1,0 +1,60 @@
+#pragma once
+// A saved map as something to be localised in, by laser and camera: where the robot is while nobody knows it
+// (PlaceFinder), and what the laser says of its pose once it is known (LaserTracker).
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "planar_vslam/frontend/tracker.h"
+#include "planar_vslam/localize/place_belief.h"
+#include "planar_vslam/localize/surface_map.h"
+#include "planar_vslam/map/map.h"
+#include "planar_vslam/pipeline/synchronizer.h"
+#include "planar_vslam/recognition/place.h"
+
+namespace planar_vslam {
+
+// The sweeps of a map, ready to be compared with. Both null where the map has none, or no scale.
+struct MapLaser {
+  std::shared_ptr<const LikelihoodField> field;
+  std::shared_ptr<const SurfaceMap> surfaces;
+};
+MapLaser LaserOf(const Map& map, const ScanMatchOptions& options);
+
+class PlaceFinder {
+ public:
+  // `elsewhere`: as PlaceBelief's.
+  PlaceFinder(std::shared_ptr<const LikelihoodField> field, bool elsewhere) : belief_(std::move(field), elsewhere) {}
+
+  // The robot moved to where this packet was taken; its sweeps. `step`: the identity where the robot just began.
+  void Add(const FramePacket& packet, const Rigid2& step);
+  // The packet's image, and where a search by descriptors would put it.
+  void AddView(const CameraView& view, const Map& map, const std::vector<Placement>& seen);
+  // Where the robot is now, once that is clear, with its covariance.
+  std::optional<PlanarFix> Found() const;
+  bool Contradicts(const Rigid3& T_map_base) const { return belief_.Contradicts(ProjectToPlane(T_map_base)); }
+
+ private:
+  struct Sighting;
+  static Sighting LookFrom(const Rigid2& place, const CameraView& view, const Map& map);
+  static double Excess(const std::vector<Sighting>& sightings, std::size_t of);
+
+  PlaceBelief belief_;
+};
+
+class LaserTracker {
+ public:
+  explicit LaserTracker(const MapLaser& laser) : laser_(laser) {}
+
+  // The pose at the packet's image by its latest sweep, near `guess`, of which `covariance` is that of a right
+  // perturbation [x, y, angle].
+  std::optional<PlanarFix> Fix(const FramePacket& packet, const Rigid2& guess, const Eigen::Matrix3d& covariance) const;
+
+ private:
+  std::optional<LaserFix> BestAround(const ScanPacket& scan, const std::vector<Eigen::Vector2d>& points,
+                                     const Rigid2& guess) const;
+
+  MapLaser laser_;
+};
+
+}  // namespace planar_vslam
