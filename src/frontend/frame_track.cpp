@@ -217,18 +217,18 @@ bool FrameTrack::ContradictsOdometry() const {
 }
 
 bool FrameTrack::IsSpread() const {
-  constexpr int kColumns = 4, kRows = 3;
+  constexpr std::size_t kColumns = 4, kRows = 3;
   constexpr std::size_t kLeast = 5;  // of twelve parts of the image: one thing at some distance fills four
   constexpr int kInPart = 2;         // inliers, in one that counts
   std::array<int, kColumns * kRows> inliers{};
   for (std::size_t i = 0; i < result_.matches.landmarks.size(); ++i) {
     if (!result_.matches.landmarks[i].valid()) continue;
     const Eigen::Vector2f& pixel = view_.features->keypoints[i].pixel;
-    const auto part = [](float at, int size, int parts) {
-      return std::clamp(static_cast<int>(at * static_cast<float>(parts) / static_cast<float>(size)), 0, parts - 1);
+    const auto part = [](float at, int size, std::size_t parts) {
+      const float share = std::clamp(at / static_cast<float>(size), 0.0F, 0.999F);
+      return static_cast<std::size_t>(share * static_cast<float>(parts));
     };
-    ++inliers[static_cast<std::size_t>(part(pixel.y(), view_.camera.height, kRows) * kColumns +
-                                       part(pixel.x(), view_.camera.width, kColumns))];
+    ++inliers[part(pixel.y(), view_.camera.height, kRows) * kColumns + part(pixel.x(), view_.camera.width, kColumns)];
   }
   return std::count_if(inliers.begin(), inliers.end(), [](int n) { return n >= kInPart; }) >=
          static_cast<std::ptrdiff_t>(kLeast);
