@@ -58,9 +58,11 @@ void OrbExtractor::Stages::Describe(std::size_t octave, const CameraModel& camer
                              static_cast<double>(levels_[0].rows) / level.rows);
   for (const Corner& corner : kept_[octave]) {
     const Eigen::Vector2d raw_pixel = (Eigen::Array2d(corner.x, corner.y) + 0.5) * ratio - 0.5;
+    const std::optional<Eigen::Vector2d> ideal = camera.UndistortPixel(raw_pixel);
+    if (!ideal.has_value()) continue;
     Keypoint keypoint;
     keypoint.raw_pixel = raw_pixel.cast<float>();
-    keypoint.pixel = camera.distorted() ? camera.UndistortPixel(raw_pixel).cast<float>() : keypoint.raw_pixel;
+    keypoint.pixel = ideal->cast<float>();
     keypoint.angle = orientation_.Degrees(level, corner.x, corner.y) * kRadiansPerDegree;
     keypoint.response = corner.response;
     keypoint.octave = static_cast<std::int32_t>(octave);

@@ -4,8 +4,11 @@
 #include <yaml-cpp/yaml.h>
 
 #include <cmath>
+#include <set>
 #include <string>
 #include <vector>
+
+#include "planar_vslam/sensor/lens.h"
 
 namespace planar_vslam::io {
 namespace {
@@ -56,12 +59,19 @@ int RequiredPixels(const YAML::Node& section, const std::string& key) {
   return static_cast<int>(value);
 }
 
+// The coefficients of a lens have names here, and in a camera_info an order.
+LensText ToLens(const YAML::Node& node) {
+  LensText lens{node["model"] ? node["model"].as<std::string>() : "plumb_bob", {}};
+  const bool equidistant = lens.model == "equidistant" || lens.model == "fisheye";
+  const auto names = equidistant ? std::vector<std::string>{"k1", "k2", "k3", "k4"}
+                                 : std::vector<std::string>{"k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"};
+  for (const std::string& name : names) lens.coefficients.push_back(NumberOr(node, "camera", name, 0.0));
+  return lens;
+}
+
 CameraModel ToCamera(const YAML::Node& node) {
-  CheckKeys(node, "camera", {"width", "height", "fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "model"});
-  if (node["model"] && node["model"].as<std::string>() != "plumb_bob") {
-    throw BadCalibration{
-        fmt::format("camera.model is '{}'; only plumb_bob is supported", node["model"].as<std::string>())};
-  }
+  CheckKeys(node, "camera",
+            {"width", "height", "fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6", "model"});
   CameraModel camera;
   camera.width = RequiredPixels(node, "width");
   camera.height = RequiredPixels(node, "height");
@@ -69,11 +79,14 @@ CameraModel ToCamera(const YAML::Node& node) {
   camera.fy = RequiredNumber(node, "camera", "fy");
   camera.cx = RequiredNumber(node, "camera", "cx");
   camera.cy = RequiredNumber(node, "camera", "cy");
-  camera.k1 = NumberOr(node, "camera", "k1", 0.0);
-  camera.k2 = NumberOr(node, "camera", "k2", 0.0);
-  camera.p1 = NumberOr(node, "camera", "p1", 0.0);
-  camera.p2 = NumberOr(node, "camera", "p2", 0.0);
-  camera.k3 = NumberOr(node, "camera", "k3", 0.0);
+  const std::set<std::string> models = {"plumb_bob", "rational_polynomial", "equidistant", "fisheye"};
+  const std::string model = ToLens(node).model;
+  if (models.count(model) == 0) {
+    throw BadCalibration{
+        fmt::format("camera.model is '{}'; expected plumb_bob, rational_polynomial or equidistant", model)};
+  }
+  const Expected<bool> lens = SetLens(ToLens(node), &camera);
+  if (!lens) throw BadCalibration{"camera.model: " + lens.error().message};
   const std::vector<std::string> problems = camera.Problems();
   if (!problems.empty()) throw BadCalibration{fmt::format("camera: {}", fmt::join(problems, "; "))};
   return camera;

@@ -7,14 +7,17 @@
 
 #include <algorithm>
 
+#include "planar_vslam/sensor/lens.h"
+
 namespace planar_vslam::io {
 
 sensor_msgs::CameraInfo ToCameraInfo(const CameraModel& camera) {
   sensor_msgs::CameraInfo info;
   info.width = static_cast<std::uint32_t>(camera.width);
   info.height = static_cast<std::uint32_t>(camera.height);
-  info.distortion_model = "plumb_bob";
-  info.D = {camera.k1, camera.k2, camera.p1, camera.p2, camera.k3};
+  LensText lens = DescribeLens(camera);
+  info.distortion_model = std::move(lens.model);
+  info.D = std::move(lens.coefficients);
   info.K = {camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1};
   info.R = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   info.P = {camera.fx, 0, camera.cx, 0, 0, camera.fy, camera.cy, 0, 0, 0, 1, 0};

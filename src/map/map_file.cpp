@@ -23,7 +23,7 @@ using map_file::kTags;
 using map_file::Sections;
 
 constexpr std::string_view kMagic = "PVMAP\r\n\x1A";  // line ends and end-of-file mark: text-mode copying breaks them
-constexpr std::uint32_t kVersion = 2;
+constexpr std::uint32_t kVersion = 3;
 constexpr std::size_t kFileHeaderBytes = 8 + 4;
 constexpr std::size_t kSectionHeaderBytes = 4 + 8 + 8 + 4;
 constexpr std::size_t kTagBytes = 4;
@@ -101,10 +101,10 @@ Expected<std::string> UnpackSection(const char* tag, std::string_view* rest) {
   return *std::move(plain);
 }
 
-// The sections of a file, and how many of them its version has.
+// The sections of a file, as many as its version has.
 struct Unpacked {
   Sections sections;
-  std::size_t count = 0;
+  std::uint32_t version = 0;
 };
 
 Expected<Unpacked> Unpack(const std::string& file) {
@@ -120,9 +120,10 @@ Expected<Unpacked> Unpack(const std::string& file) {
   }
   if (version == 0) return Error{"version 0, expected 1 to " + std::to_string(kVersion)};
   Unpacked unpacked;
-  unpacked.count = version == 1 ? map_file::kTagsOfVersion1 : kTags.size();
+  unpacked.version = version;
+  const std::size_t count = version == map_file::kVersionWithoutLaser ? kTags.size() - 1 : kTags.size();
   std::string_view rest = std::string_view(file).substr(kFileHeaderBytes);
-  for (std::size_t i = 0; i < unpacked.count; ++i) {
+  for (std::size_t i = 0; i < count; ++i) {
     Expected<std::string> section = UnpackSection(kTags[i], &rest);
     if (!section) return section.error();
     unpacked.sections[i] = std::move(section).value();
@@ -148,7 +149,7 @@ Expected<SavedMap> ReadSavedMap(const fs::path& path) {
   if (!file) return file.error();
   const Expected<Unpacked> unpacked = Unpack(*file);
   if (!unpacked) return unpacked.error();
-  return map_file::Decode(unpacked->sections, unpacked->count);
+  return map_file::Decode(unpacked->sections, unpacked->version);
 }
 
 std::vector<std::string> ContentProblems(const Map& map, const CameraModel& camera) {

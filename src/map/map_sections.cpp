@@ -30,6 +30,15 @@ void CameraFields(Stream& s, Camera& camera) {
   }
 }
 
+// Of version 3 on.
+template <class Stream, class Camera>
+void LensFields(Stream& s, Camera& camera) {
+  for (auto* value : {&camera.k4, &camera.k5, &camera.k6}) s.Number(*value);
+  bool equidistant = camera.lens == Lens::kEquidistant;
+  s.Flag(equidistant);
+  if constexpr (Stream::kReading) camera.lens = equidistant ? Lens::kEquidistant : Lens::kRadial;
+}
+
 template <class Stream, class AnyMap>
 void MapFields(Stream& s, AnyMap& map) {
   s.Number(map.next_keyframe_id);
@@ -212,6 +221,7 @@ std::string DecodeSection(const char* tag, const std::string& bytes, const Read&
 Sections Encode(const Map& map, const CameraModel& camera) {
   std::array<ByteWriter, kTags.size()> s;
   CameraFields(s[0], camera);
+  LensFields(s[0], camera);
   MapFields(s[1], map);
   WriteEntries<KeyframeId, Keyframe>(s[2], map.keyframes, KeyframeFields);
   WriteEntries<LandmarkId, Landmark>(s[3], map.landmarks, LandmarkFields);
@@ -219,11 +229,15 @@ Sections Encode(const Map& map, const CameraModel& camera) {
   return {s[0].bytes(), s[1].bytes(), s[2].bytes(), s[3].bytes(), s[4].bytes()};
 }
 
-Expected<SavedMap> Decode(const Sections& sections, std::size_t count) {
+Expected<SavedMap> Decode(const Sections& sections, std::uint32_t version) {
   SavedMap saved;
   Map& map = saved.map;
   const std::array<std::string, kTags.size()> problems = {
-      DecodeSection(kTags[0], sections[0], [&](ByteReader& s) { CameraFields(s, saved.camera); }),
+      DecodeSection(kTags[0], sections[0],
+                    [&](ByteReader& s) {
+                      CameraFields(s, saved.camera);
+                      if (version > kVersionWithoutLens) LensFields(s, saved.camera);
+                    }),
       DecodeSection(kTags[1], sections[1], [&](ByteReader& s) { MapFields(s, map); }),
       DecodeSection(kTags[2], sections[2],
                     [&](ByteReader& s) {
@@ -233,7 +247,8 @@ Expected<SavedMap> Decode(const Sections& sections, std::size_t count) {
                     [&](ByteReader& s) {
                       ReadEntries<LandmarkId, Landmark>(s, kBytesPerLandmark, LandmarkFields, &map.landmarks);
                     }),
-      count > kTagsOfVersion1 ? DecodeSection(kTags[4], sections[4], [&](ByteReader& s) { ReadLaser(s, &map); }) : ""};
+      version > kVersionWithoutLaser ? DecodeSection(kTags[4], sections[4], [&](ByteReader& s) { ReadLaser(s, &map); })
+                                     : ""};
   for (const std::string& problem : problems) {
     if (!problem.empty()) return Error{problem};
   }

@@ -1,5 +1,6 @@
 #include "planar_vslam/sensor/camera_model.h"
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 #include <utility>
@@ -8,50 +9,112 @@ namespace planar_vslam {
 
 namespace {
 
-constexpr int kUndistortRounds = 20;
 constexpr double kUndistortTolerance = 1e-9;  // px
+constexpr double kWidestSlope = 2.7475;       // tangent of 70 degrees, see UndistortPixel
 
-// Brown-Conrady on the plane z = 1, with its Jacobian [xx xy; xy yy] (symmetric for this model).
+// A point of the plane z = 1 through the lens, with the Jacobian [xx xy; xy yy] (symmetric for these models).
 struct Distorted {
   double x, y;
   double dxx, dxy, dyy;
+
+  bool folded() const { return !(dxx * dyy - dxy * dxy > 0.0) || !(dxx > 0.0); }
 };
 
-Distorted Distort(const CameraModel& camera, double x, double y) {
-  const double xx = x * x;
-  const double yy = y * y;
-  const double xy = x * y;
-  const double r2 = xx + yy;
-  const double radial = 1.0 + r2 * (camera.k1 + r2 * (camera.k2 + r2 * camera.k3));
-  const double slope = 2.0 * (camera.k1 + r2 * (2.0 * camera.k2 + r2 * 3.0 * camera.k3));  // 2 d radial / d r2
-  Distorted d;
-  d.x = x * radial + 2.0 * camera.p1 * xy + camera.p2 * (r2 + 2.0 * xx);
-  d.y = y * radial + camera.p1 * (r2 + 2.0 * yy) + 2.0 * camera.p2 * xy;
-  d.dxx = radial + slope * xx + 2.0 * camera.p1 * y + 6.0 * camera.p2 * x;
-  d.dxy = slope * xy + 2.0 * camera.p1 * x + 2.0 * camera.p2 * y;
-  d.dyy = radial + slope * yy + 6.0 * camera.p1 * y + 2.0 * camera.p2 * x;
+// x and y times a factor f of r2, whose derivative by r2 is `slope` / 2.
+Distorted Scaled(double x, double y, double factor, double slope) {
+  return {x * factor, y * factor, factor + slope * x * x, slope * x * y, factor + slope * y * y};
+}
+
+Distorted DistortRadially(const CameraModel& camera, double x, double y) {
+  const double r2 = x * x + y * y;
+  const double over = 1.0 + r2 * (camera.k1 + r2 * (camera.k2 + r2 * camera.k3));
+  const double under = 1.0 + r2 * (camera.k4 + r2 * (camera.k5 + r2 * camera.k6));
+  const double d_over = camera.k1 + r2 * (2.0 * camera.k2 + r2 * 3.0 * camera.k3);
+  const double d_under = camera.k4 + r2 * (2.0 * camera.k5 + r2 * 3.0 * camera.k6);
+  const double radial = over / under;
+  Distorted d = Scaled(x, y, radial, 2.0 * (d_over - radial * d_under) / under);
+  d.x += 2.0 * camera.p1 * x * y + camera.p2 * (r2 + 2.0 * x * x);
+  d.y += camera.p1 * (r2 + 2.0 * y * y) + 2.0 * camera.p2 * x * y;
+  d.dxx += 2.0 * camera.p1 * y + 6.0 * camera.p2 * x;
+  d.dxy += 2.0 * camera.p1 * x + 2.0 * camera.p2 * y;
+  d.dyy += 6.0 * camera.p1 * y + 2.0 * camera.p2 * x;
+  // Beyond a pole, or where the polynomial has turned round, another ray than the lens's gives the pixel.
+  if (!(under > 0.0) || !(over > 0.0)) d.dxx = -1.0;
   return d;
 }
 
-// Whether every pixel of the image border, and so of the image, has one ray: the corners are the first to fail.
-bool InvertibleOverImage(const CameraModel& camera) {
-  constexpr int kSteps = 16;           // per side
-  constexpr double kRoundTrip = 1e-3;  // px
-  for (int i = 0; i <= kSteps; ++i) {
-    const double u = camera.width * static_cast<double>(i) / kSteps;
-    const double v = camera.height * static_cast<double>(i) / kSteps;
-    const double w = camera.width;
-    const double h = camera.height;
-    for (const Eigen::Vector2d& pixel :
-         {Eigen::Vector2d(u, 0.0), Eigen::Vector2d(u, h), Eigen::Vector2d(0.0, v), Eigen::Vector2d(w, v)}) {
-      const Eigen::Vector2d again = camera.DistortPixel(camera.UndistortPixel(pixel));
-      if (!((again - pixel).norm() < kRoundTrip)) return false;
-    }
-  }
-  return true;
+Distorted DistortEquidistantly(const CameraModel& camera, double x, double y) {
+  const double r = std::sqrt(x * x + y * y);
+  constexpr double kCentre = 1e-8;  // below it theta is r, to all digits
+  if (r < kCentre) return Scaled(x, y, 1.0, 0.0);
+  const double theta = std::atan(r), t2 = theta * theta;
+  const double k1 = camera.k1, k2 = camera.k2, k3 = camera.k3, k4 = camera.k4;
+  const double bent = theta * (1.0 + t2 * (k1 + t2 * (k2 + t2 * (k3 + t2 * k4))));
+  const double d_bent = 1.0 + t2 * (3.0 * k1 + t2 * (5.0 * k2 + t2 * (7.0 * k3 + t2 * 9.0 * k4)));
+  const double factor = bent / r;
+  const double d_factor = (d_bent / (1.0 + r * r) - factor) / r;  // by r
+  return Scaled(x, y, factor, d_factor / r);
 }
 
+Distorted Distort(const CameraModel& camera, double x, double y) {
+  return camera.lens == Lens::kEquidistant ? DistortEquidistantly(camera, x, y) : DistortRadially(camera, x, y);
+}
+
+// The point of the plane z = 1 that the lens bends to `target`, by Newton from the centre: the steps are cut where they
+// would leave the disc around it over which the lens does not fold. Nothing where none is found in it.
+std::optional<Eigen::Vector2d> Undistort(const CameraModel& camera, const Eigen::Vector2d& target) {
+  constexpr int kRounds = 60;
+  constexpr double kLongestStep = 0.5;  // on the plane z = 1: short against what a lens bends
+  const double tolerance = kUndistortTolerance / std::max(camera.fx, camera.fy);
+  Eigen::Vector2d point = Eigen::Vector2d::Zero();
+  Distorted d = Distort(camera, 0.0, 0.0);
+  for (int round = 0; round < kRounds; ++round) {
+    const Eigen::Vector2d error = target - Eigen::Vector2d(d.x, d.y);
+    if (error.cwiseAbs().maxCoeff() < tolerance) return point;
+    const double determinant = d.dxx * d.dyy - d.dxy * d.dxy;
+    Eigen::Vector2d step(d.dyy * error.x() - d.dxy * error.y(), d.dxx * error.y() - d.dxy * error.x());
+    step /= determinant;
+    step *= std::min(1.0, kLongestStep / step.norm());
+    Distorted next = Distort(camera, point.x() + step.x(), point.y() + step.y());
+    constexpr int kHalvings = 12;
+    for (int k = 0; k < kHalvings && next.folded(); ++k) {
+      step *= 0.5;
+      next = Distort(camera, point.x() + step.x(), point.y() + step.y());
+    }
+    if (next.folded() || !step.allFinite()) return std::nullopt;
+    point += step;
+    d = next;
+  }
+  return std::nullopt;
+}
+
+// Share of the image, on a grid, for whose pixels the lens has no ray at all.
+double ShareWithoutRay(const CameraModel& camera) {
+  constexpr int kSteps = 32;  // per side
+  int without = 0;
+  for (int i = 0; i <= kSteps; ++i) {
+    for (int j = 0; j <= kSteps; ++j) {
+      const double u = camera.width * static_cast<double>(i) / kSteps;
+      const double v = camera.height * static_cast<double>(j) / kSteps;
+      without += Undistort(camera, {(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy}).has_value() ? 0 : 1;
+    }
+  }
+  return without / static_cast<double>((kSteps + 1) * (kSteps + 1));
+}
+
+// A fisheye's round picture may leave the corners dark. A polynomial that folds over more than the last pixels of the
+// corners is that of another camera or resolution.
+double MostWithoutRay(Lens lens) { return lens == Lens::kEquidistant ? 0.5 : 0.03; }
+
 }  // namespace
+
+bool CameraModel::distorted() const {
+  if (lens == Lens::kEquidistant) return true;
+  for (const double value : {k1, k2, p1, p2, k3, k4, k5, k6}) {
+    if (value != 0.0) return true;
+  }
+  return false;
+}
 
 std::vector<std::string> CameraModel::Problems() const {
   std::vector<std::string> problems;
@@ -66,14 +129,18 @@ std::vector<std::string> CameraModel::Problems() const {
   if (!(std::isfinite(fy) && fy > 0.0)) add("fy", fy, "a positive focal length in pixels");
   if (!(cx > 0.0 && cx < width)) add("cx", cx, "a principal point inside the image");
   if (!(cy > 0.0 && cy < height)) add("cy", cy, "a principal point inside the image");
-  const std::pair<const char*, double> coefficients[] = {{"k1", k1}, {"k2", k2}, {"p1", p1}, {"p2", p2}, {"k3", k3}};
+  const std::pair<const char*, double> coefficients[] = {{"k1", k1}, {"k2", k2}, {"p1", p1}, {"p2", p2},
+                                                         {"k3", k3}, {"k4", k4}, {"k5", k5}, {"k6", k6}};
   for (const auto& [name, value] : coefficients) {
     if (!std::isfinite(value)) add(name, value, "a finite distortion coefficient");
   }
-  if (problems.empty() && distorted() && !InvertibleOverImage(*this)) {
-    problems.emplace_back(
-        "camera distortion k1 k2 p1 p2 k3 folds the image over itself before its border, "
-        "expected plumb_bob coefficients of this resolution");
+  if (!problems.empty() || !distorted()) return problems;
+  const double without = ShareWithoutRay(*this);
+  if (without > MostWithoutRay(lens)) {
+    std::ostringstream line;
+    line << "camera distortion folds the image over itself: " << std::lround(100.0 * without)
+         << " % of it have no ray, expected coefficients of this model and resolution";
+    problems.push_back(line.str());
   }
   return problems;
 }
@@ -90,24 +157,11 @@ Eigen::Vector2d CameraModel::DistortPixel(const Eigen::Vector2d& ideal_px) const
   return {fx * d.x + cx, fy * d.y + cy};
 }
 
-Eigen::Vector2d CameraModel::UndistortPixel(const Eigen::Vector2d& image_px) const {
+std::optional<Eigen::Vector2d> CameraModel::UndistortPixel(const Eigen::Vector2d& image_px) const {
   if (!distorted()) return image_px;
-  // Newton: the usual fixed-point iteration stalls or diverges towards the corners of strongly distorted images.
-  const double target_x = (image_px.x() - cx) / fx;
-  const double target_y = (image_px.y() - cy) / fy;
-  double x = target_x;
-  double y = target_y;
-  for (int round = 0; round < kUndistortRounds; ++round) {
-    const Distorted d = Distort(*this, x, y);
-    const double error_x = target_x - d.x;
-    const double error_y = target_y - d.y;
-    if (std::abs(error_x) * fx < kUndistortTolerance && std::abs(error_y) * fy < kUndistortTolerance) break;
-    const double determinant = d.dxx * d.dyy - d.dxy * d.dxy;
-    if (!(determinant > 0.0) || !(d.dxx > 0.0)) break;  // at the fold: no ray gives this pixel
-    x += (d.dyy * error_x - d.dxy * error_y) / determinant;
-    y += (d.dxx * error_y - d.dxy * error_x) / determinant;
-  }
-  return {fx * x + cx, fy * y + cy};
+  const std::optional<Eigen::Vector2d> point = Undistort(*this, {(image_px.x() - cx) / fx, (image_px.y() - cy) / fy});
+  if (!point.has_value() || !(point->squaredNorm() < kWidestSlope * kWidestSlope)) return std::nullopt;
+  return Eigen::Vector2d(fx * point->x() + cx, fy * point->y() + cy);
 }
 
 }  // namespace planar_vslam

@@ -31,6 +31,17 @@ std::vector<sim::Viewpoint> RowViewpoints(const CameraSpec& spec, const CameraSh
   return rows;
 }
 
+// The ray of a pixel; where the lens has none, that of the nearest pixel towards the centre which has one.
+Eigen::Vector3f RayOf(const CameraModel& model, const Eigen::Vector2d& pixel) {
+  constexpr double kInwards = 0.98;
+  const Eigen::Vector2d centre(model.cx, model.cy);
+  std::optional<Eigen::Vector2d> ideal = model.UndistortPixel(pixel);
+  for (double share = kInwards; !ideal.has_value(); share *= kInwards) {
+    ideal = model.UndistortPixel(centre + share * (pixel - centre));
+  }
+  return model.Ray(*ideal).normalized().cast<float>();
+}
+
 }  // namespace
 
 CameraSensor::CameraSensor(const CameraSpec& spec, int threads)
@@ -42,8 +53,7 @@ CameraSensor::CameraSensor(const CameraSpec& spec, int threads)
   rays_.columns = model.width + 1;
   for (int row = 0; row <= model.height; ++row) {
     for (int column = 0; column <= model.width; ++column) {
-      const Eigen::Vector2d ideal = model.UndistortPixel(Eigen::Vector2d(column, row));
-      const Eigen::Vector3f ray = model.Ray(ideal).normalized().cast<float>();
+      const Eigen::Vector3f ray = RayOf(model, Eigen::Vector2d(column, row));
       rays_.x.push_back(ray.x());
       rays_.y.push_back(ray.y());
       rays_.z.push_back(ray.z());

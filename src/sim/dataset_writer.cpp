@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "planar_vslam/sensor/jpeg.h"
+#include "planar_vslam/sensor/lens.h"
 #include "planar_vslam/sim/solids.h"
 #include "planar_vslam/sim/truth_grid.h"
 
@@ -111,14 +112,25 @@ std::string Transform(const Rigid3& T) {
                      T.translation.y(), T.translation.z(), q.x(), q.y(), q.z(), q.w());
 }
 
+// Those that only some lenses have.
+std::string MoreCoefficients(const CameraModel& c) {
+  std::string text;
+  for (const auto& [name, value] : {std::pair("k3", c.k3), {"k4", c.k4}, {"k5", c.k5}, {"k6", c.k6}}) {
+    if (value != 0.0) text += fmt::format("{}: {}, ", name, value);
+  }
+  return text;
+}
+
 Expected<bool> WriteCalibration(const World& world, const fs::path& path) {
   const CameraModel& c = world.camera.model;
   const LaserSpec& laser = world.laser;
   std::ofstream file(path);
   file << fmt::format(
-              "camera: {{width: {}, height: {}, fx: {}, fy: {}, cx: {}, cy: {}, k1: {}, k2: {}, p1: {}, p2: {}, model: "
-              "plumb_bob}}\n",
-              c.width, c.height, c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2)
+              "camera: {{width: {}, height: {}, fx: {}, fy: {}, cx: {}, cy: {}, k1: {}, k2: {}, p1: {}, p2: {}, "
+              "{}model: "
+              "{}}}\n",
+              c.width, c.height, c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, MoreCoefficients(c),
+              DescribeLens(c).model)
        << "T_base_camera: " << Transform(world.camera.T_base_camera()) << '\n';
   if (laser.present()) {
     file << "T_base_laser: " << Transform(laser.T_base_laser())

@@ -6,6 +6,8 @@
 #include <cmath>
 
 #include "planar_vslam/geometry/angles.h"
+#include "planar_vslam/geometry/check.h"
+#include "planar_vslam/sensor/lens.h"
 
 namespace planar_vslam::sim {
 
@@ -64,28 +66,36 @@ void ReadLimits(YamlFields fields, LimitsSpec* limits) {
   fields.Finish();
 }
 
+// `before`: whose lens is kept where the file says nothing.
+LensText ReadLens(YamlFields& fields, const CameraModel& before) {
+  const std::vector<std::string> models = {"plumb_bob", "equidistant", "rational_polynomial"};
+  std::size_t model = 0;
+  fields.ReadEnum("lens", models, &model);
+  constexpr std::size_t kFew = 4, kRational = 8;
+  const bool given = fields.Has("distortion");
+  LensText lens{models[model], fields.Numbers("distortion", model == 2 ? kRational : kFew)};
+  return given || fields.Has("lens") ? lens : DescribeLens(before);
+}
+
 void ReadCamera(YamlFields fields, CameraSpec* camera) {
   CameraModel& model = camera->model;
   Eigen::Vector2d focal(model.fx, model.fy), center(model.cx, model.cy), size(model.width, model.height);
-  Eigen::Vector4d distortion(model.k1, model.k2, model.p1, model.p2);
   fields.Read("size", &size);
   fields.Read("focal", &focal);
   fields.Read("center", &center);
-  fields.Read("distortion", &distortion);
+  const LensText lens = ReadLens(fields, model);
   const bool whole = size.x() == std::floor(size.x()) && size.y() == std::floor(size.y()) && size.norm() < 1e6;
   if (!whole) fields.errors()->Report(fields.Child("size").Mark(), "camera.size", "expected whole numbers of pixels");
-  if (whole)
-    model = {static_cast<int>(size.x()),
-             static_cast<int>(size.y()),
-             focal.x(),
-             focal.y(),
-             center.x(),
-             center.y(),
-             distortion[0],
-             distortion[1],
-             distortion[2],
-             distortion[3],
-             0.0};
+  if (whole) {
+    model = CameraModel();
+    model.width = static_cast<int>(size.x());
+    model.height = static_cast<int>(size.y());
+    model.fx = focal.x();
+    model.fy = focal.y();
+    model.cx = center.x();
+    model.cy = center.y();
+    PV_CHECK(SetLens(lens, &model).ok(), "lens " << lens.model);
+  }
   fields.Read("rate", &camera->rate);
   fields.Read("position", &camera->position);
   ReadDegrees(fields, "tilt_down_deg", &camera->tilt_down);

@@ -9,7 +9,7 @@ namespace planar_vslam::test {
 std::string ReadBytes(const std::filesystem::path& path);
 void WriteBytes(const std::filesystem::path& path, const std::string& bytes);
 
-constexpr unsigned char kVersion = 2;  // that is written
+constexpr unsigned char kVersion = 3;  // that is written
 
 struct MapFileSection {
   std::string tag;

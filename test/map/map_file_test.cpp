@@ -21,6 +21,7 @@ CameraModel TestCamera() {
   camera.height = 480;
   camera.fx = 500.1, camera.fy = 501.2, camera.cx = 320.3, camera.cy = 240.4;
   camera.k1 = -0.1, camera.k2 = 0.01, camera.p1 = 1e-4, camera.p2 = -2e-4, camera.k3 = 1e-3;
+  camera.k4 = 2e-3, camera.k5 = -1e-3, camera.k6 = 1e-4;
   return camera;
 }
 
@@ -139,8 +140,9 @@ TEST_F(MapFile, KeepsTheCamera) {
   const CameraModel expected = TestCamera(), found = loaded->camera;
   EXPECT_EQ(found.width, expected.width);
   EXPECT_EQ(found.height, expected.height);
-  for (const auto field : {&CameraModel::fx, &CameraModel::fy, &CameraModel::cx, &CameraModel::cy, &CameraModel::k1,
-                           &CameraModel::k2, &CameraModel::p1, &CameraModel::p2, &CameraModel::k3}) {
+  for (const auto field :
+       {&CameraModel::fx, &CameraModel::fy, &CameraModel::cx, &CameraModel::cy, &CameraModel::k1, &CameraModel::k2,
+        &CameraModel::p1, &CameraModel::p2, &CameraModel::k3, &CameraModel::k4, &CameraModel::k5, &CameraModel::k6}) {
     EXPECT_EQ(found.*field, expected.*field);
   }
 }
@@ -218,8 +220,27 @@ TEST_F(MapFile, ANewerVersionIsCalledNewer) {
   ErrorOf(JoinSections(sections, 0));
 }
 
+// Of a version before lenses had more than plumb_bob's coefficients.
+std::vector<MapFileSection> WithoutLens(std::vector<MapFileSection> sections) {
+  constexpr std::size_t kLens = 3 * 8 + 1;  // k4 k5 k6 and a flag
+  sections = Uncompressed(std::move(sections));
+  sections[0].plain.resize(sections[0].plain.size() - kLens);
+  sections[0].stored = sections[0].plain;
+  return sections;
+}
+
+TEST_F(MapFile, VersionTwoIsReadWithAPlumbBob) {
+  const std::vector<MapFileSection> sections = WithoutLens(SectionsOf(Saved(map_)));
+  const Expected<SavedMap> loaded = Loaded(JoinSections(sections, 2));
+  ASSERT_TRUE(loaded.ok()) << loaded.error().message;
+  ExpectSameMap(map_, loaded->map);
+  EXPECT_EQ(loaded->camera.lens, Lens::kRadial);
+  EXPECT_EQ(loaded->camera.k3, 1e-3);
+  ErrorOf(JoinSections(sections));
+}
+
 TEST_F(MapFile, VersionOneIsReadWithoutLaser) {
-  std::vector<MapFileSection> sections = SectionsOf(Saved(map_));
+  std::vector<MapFileSection> sections = WithoutLens(SectionsOf(Saved(map_)));
   sections.pop_back();
   const Expected<SavedMap> loaded = Loaded(JoinSections(sections, 1));
   ASSERT_TRUE(loaded.ok()) << loaded.error().message;

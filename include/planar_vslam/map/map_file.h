@@ -3,7 +3,7 @@
 //
 // All numbers are little endian, integers of fixed width, floats and doubles IEEE 754.
 //   file     "PVMAP\r\n" and a byte 0x1A, version u32, then the sections CAMR, MAPS, KEYF, LAND, SCAN in this order
-//            (version 1 has no SCAN, the laser sweeps)
+//            (version 1 has no SCAN, the laser sweeps; up to version 2 CAMR has no lens but plumb_bob)
 //   section  tag 4 bytes, stored length u64, plain length u64, CRC-32 u32 (zlib's, of the tag, both lengths and the
 //            stored bytes), stored bytes: a zstd frame, or the plain bytes themselves where both lengths are equal
 // src/map/map_sections.cpp lists the fields inside each section. The same map gives the same bytes.
