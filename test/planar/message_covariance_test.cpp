@@ -38,9 +38,11 @@ void ExpectNone(const std::vector<std::optional<Eigen::Matrix3d>>& rates, const 
   for (const auto& rate : rates) EXPECT_FALSE(rate.has_value()) << what;
 }
 
+constexpr std::size_t kEarned = 10;  // messages after which belief has been earned
+
 void ExpectRate(const std::vector<std::optional<Eigen::Matrix3d>>& rates, const Eigen::Matrix3d& expected) {
   EXPECT_FALSE(rates[0].has_value()) << "nothing came before the first message";
-  for (std::size_t k = 1; k < rates.size(); ++k) {
+  for (std::size_t k = kEarned; k < rates.size(); ++k) {
     ASSERT_TRUE(rates[k].has_value()) << k;
     EXPECT_LT((*rates[k] - expected).norm(), 1e-4 * expected.norm()) << k << "\n" << *rates[k];
   }
@@ -73,10 +75,52 @@ TEST(MessageCovariance, TakesBackWhatADriverAddedUp) {
   ExpectRate(Rates([&Q](int k) { return Matrices{(1000.0 + k) * Q, {}}; }), Q / kSecondsBetween);
 }
 
+// One that grows with the speed, which changes.
+Eigen::Matrix3d TwistOf(int k) { return (1.0 + 1e-6 * k) * Eigen::Matrix3d(Diagonal(1e-3, 2e-3, 4e-3).asDiagonal()); }
+
 TEST(MessageCovariance, FallsBackOnTheTwist) {
-  const Eigen::Matrix3d twist = Diagonal(1e-3, 2e-3, 4e-3).asDiagonal();
   for (const double pose : {0.0, 1e-9, 1e6, 99999.0, 0.01, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
-    ExpectRate(Rates([&](int) { return Matrices{pose * Eigen::Matrix3d::Identity(), twist}; }), twist);
+    ExpectRate(Rates([&](int k) { return Matrices{pose * Eigen::Matrix3d::Identity(), TwistOf(k)}; }), TwistOf(20));
+  }
+}
+
+TEST(MessageCovariance, AFewMatricesWhateverTheRobotDoesArePlaceholders) {
+  const Eigen::Matrix3d driving = Diagonal(1e-3, 1e-3, 1e-2).asDiagonal();
+  const Eigen::Matrix3d standing = Diagonal(1e-6, 1e-6, 1e-6).asDiagonal();
+  const std::function<Matrices(int)> streams[] = {
+      [&](int) {
+        return Matrices{driving, driving};
+      },
+      [&](int) {
+        return Matrices{{}, driving};
+      },
+      [&](int) {
+        return Matrices{driving, {}};
+      },
+      [&](int k) {
+        return k % 7 < 3 ? Matrices{standing, standing} : Matrices{driving, driving};
+      },
+      [&](int k) {
+        return Matrices{{}, (1.0 + k % 3) * driving};
+      }};
+  for (const auto& stream : streams) {
+    MessageCovarianceReader reader;
+    for (int k = 0; k <= kSteps; ++k) EXPECT_FALSE(reader.Rate(At(k), PoseAt(k), stream(k)).has_value()) << k;
+    EXPECT_TRUE(reader.placeholder());
+  }
+  MessageCovarianceReader none, earned;
+  for (int k = 0; k <= kSteps; ++k) {
+    none.Rate(At(k), PoseAt(k), {});
+    earned.Rate(At(k), PoseAt(k), {{}, TwistOf(k)});
+    EXPECT_FALSE(none.placeholder() || earned.placeholder()) << k;
+  }
+}
+
+TEST(MessageCovariance, WhatNoWheelsCanBeIsNotBelieved) {
+  for (const double factor : {1e-6, 1e6}) {
+    ExpectNone(Rates([&](int k) { return Matrices{{}, factor * TwistOf(k)}; }), "of the twist");
+    const Eigen::Matrix3d Q = factor * Eigen::Matrix3d(Diagonal(1e-6, 1e-6, 1e-6).asDiagonal());
+    ExpectNone(Rates([&](int k) { return Matrices{(1000.0 + k) * Q, {}}; }), "of the pose");
   }
 }
 
@@ -105,13 +149,13 @@ TEST(MessageCovariance, AConstantPoseCovarianceOfAMovingBaseSaysNothing) {
 
 TEST(MessageCovariance, AStandingBaseMayGainNothing) {
   MessageCovarianceReader reader;
-  const Eigen::Matrix3d P = 0.01 * Eigen::Matrix3d::Identity();
-  for (int k = 0; k < 5; ++k) {
-    const std::optional<Eigen::Matrix3d> rate = reader.Rate(At(k), PoseAt(0), {P, {}});
-    if (k > 0) {
-      ASSERT_TRUE(rate.has_value());
-      EXPECT_LT(rate->norm(), 1e-9);
-    }
+  const auto P = [](int k) { return Eigen::Matrix3d((100.0 + k) * 1e-6 * Eigen::Matrix3d::Identity()); };
+  for (int k = 0; k < 10; ++k) reader.Rate(At(k), PoseAt(k), {P(k), {}});
+  reader.Rate(At(10), PoseAt(10), {P(10), {}});
+  for (int k = 11; k < 15; ++k) {
+    const std::optional<Eigen::Matrix3d> rate = reader.Rate(At(k), PoseAt(10), {P(10), {}});
+    ASSERT_TRUE(rate.has_value());
+    EXPECT_LT(rate->norm(), 1e-9);
   }
 }
 
@@ -120,16 +164,16 @@ TEST(MessageCovariance, OnceShrunkThePoseIsNotBelievedAgain) {
     const double growth = k < 20 ? 100.0 + k : 50.0 + k;
     return Matrices{growth * 1e-6 * Eigen::Matrix3d::Identity(), {}};
   });
-  for (std::size_t k = 0; k < rates.size(); ++k) EXPECT_EQ(rates[k].has_value(), k > 0 && k < 20) << k;
+  for (std::size_t k = kEarned; k < rates.size(); ++k) EXPECT_EQ(rates[k].has_value(), k < 20) << k;
 }
 
 TEST(MessageCovariance, StampsThatDoNotAdvanceGiveNothing) {
   MessageCovarianceReader reader;
-  const Matrices twist{{}, 1e-3 * Eigen::Matrix3d::Identity()};
-  EXPECT_FALSE(reader.Rate(At(3), PoseAt(3), twist).has_value());
-  EXPECT_FALSE(reader.Rate(At(3), PoseAt(4), twist).has_value());
-  EXPECT_FALSE(reader.Rate(At(1), PoseAt(5), twist).has_value());
-  EXPECT_TRUE(reader.Rate(At(2), PoseAt(6), twist).has_value());
+  int k = 0;
+  for (; k < 10; ++k) reader.Rate(At(k), PoseAt(k), {{}, TwistOf(k)});
+  EXPECT_FALSE(reader.Rate(At(k - 1), PoseAt(k), {{}, TwistOf(k)}).has_value());
+  EXPECT_FALSE(reader.Rate(At(k - 3), PoseAt(k), {{}, TwistOf(k)}).has_value());
+  EXPECT_TRUE(reader.Rate(At(k - 2), PoseAt(k + 1), {{}, TwistOf(k)}).has_value());
 }
 
 class ReadingsWithCovariance : public ::testing::Test {
