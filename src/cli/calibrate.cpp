@@ -36,8 +36,11 @@ Expected<CalibrationResult> CalibrateOnce(const CalibrateArguments& arguments, c
   RunSettings settings;
   if (arguments.until > 0.0) settings.until = arguments.until;
   if (!arguments.quiet) settings.progress = ProgressBar();
-  settings.on_odometry = [&readings](const OdometryReading& reading) {
-    if (readings.empty() || readings.back().stamp < reading.stamp) readings.push_back(reading);
+  OdometryContinuity continuity;
+  settings.on_odometry = [&readings, &continuity](const OdometryReading& as_recorded) {
+    const std::optional<OdometryReading> reading = continuity.Push(as_recorded);
+    if (reading.has_value() && (readings.empty() || readings.back().stamp < reading->stamp))
+      readings.push_back(*reading);
   };
   Estimator estimator({options, info.camera, info.has_base_transform});
   const Expected<RunResult> result = RunSession(**recording, estimator, settings);

@@ -81,9 +81,11 @@ std::vector<FrameReport> Estimator::Add(CameraFrame frame) {
 }
 
 std::vector<FrameReport> Estimator::Add(const OdometryReading& reading) {
-  const OdometryReading corrected = input_->corrector.Correct(reading);
-  input_->synchronizer.Push(corrected);
-  if (settings_.with_odometry) input_->wheels.Push({corrected.stamp, reading.T_odom_base});
+  if (settings_.with_odometry) input_->wheels.Push({input_->corrector.Correct(reading.stamp), reading.T_odom_base});
+  if (const std::optional<OdometryReading> continued = input_->continuity.Push(reading)) {
+    input_->synchronizer.Push(input_->corrector.Correct(*continued));
+  }
+  if (input_->continuity.TakeWorthlessStart() && map() == nullptr) StartSession(nullptr);
   return Drain();
 }
 
@@ -300,6 +302,12 @@ Expected<bool> Estimator::AdjustMap() {
     return Error{"the map stays as it is in mode localization; expected mode mapping"};
   session_->mapping->AdjustWholeMap();
   return true;
+}
+
+std::map<std::string, long> Estimator::unused_input() const {
+  std::map<std::string, long> all = input_->synchronizer.dropped();
+  for (const auto& [reason, count] : input_->continuity.counted()) all[reason] += count;
+  return all;
 }
 
 std::shared_ptr<const Map> Estimator::map() const { return session_->localization.map(); }

@@ -24,8 +24,10 @@ void InputCorrector::Take(const WheelErrors& errors) {
 }
 
 LaserFrame InputCorrector::Correct(LaserFrame frame) const {
-  frame.scan.stamp = odometry_.Correct(frame.scan.stamp);
+  frame.scan.stamp = Correct(frame.scan.stamp);
   return frame;
 }
+
+Timestamp InputCorrector::Correct(Timestamp stamp) const { return odometry_.Correct(stamp); }
 
 }  // namespace planar_vslam

@@ -25,6 +25,7 @@
 #include "planar_vslam/pipeline/input_corrector.h"
 #include "planar_vslam/pipeline/localization.h"
 #include "planar_vslam/pipeline/mapping.h"
+#include "planar_vslam/pipeline/odometry_continuity.h"
 #include "planar_vslam/pipeline/options.h"
 #include "planar_vslam/pipeline/synchronizer.h"
 
@@ -89,12 +90,13 @@ class Estimator {
   // How many images wait for odometry.
   std::size_t images_waiting() const { return input_->synchronizer.images_waiting(); }
   // Input that could not be used, by reason.
-  const std::map<std::string, long>& unused_input() const { return input_->synchronizer.dropped(); }
+  std::map<std::string, long> unused_input() const;
 
  private:
   // Measurements on their way in.
   struct Input {
     explicit Input(const EstimatorSettings& settings);
+    OdometryContinuity continuity;
     InputCorrector corrector;
     Synchronizer synchronizer;
     OdometryBuffer wheels;  // the odometry frame as its source has it, on the camera's clock: for T_map_odom

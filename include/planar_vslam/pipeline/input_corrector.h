@@ -15,6 +15,7 @@ class InputCorrector {
   OdometryReading Correct(const OdometryReading& reading);
   LaserFrame Correct(LaserFrame frame) const;
   void Take(const WheelErrors& errors);  // from the next reading on
+  Timestamp Correct(Timestamp stamp) const;  // of odometry or laser
 
  private:
   Eigen::Vector3d calibrated_scale_;
