@@ -35,9 +35,12 @@ std::map<std::string, EvaluationAlignment> Alignments() {
           {"first", EvaluationAlignment::kFirst}};
 }
 
-int PrintConsistency(const EvaluateArguments& arguments, const Trajectory& estimate, const Trajectory& truth) {
-  const Expected<std::vector<StampedCovariance>> covariances = ReadCovariances(arguments.covariances);
+// `shift` has been added to the estimate's stamps.
+int PrintConsistency(const EvaluateArguments& arguments, Timestamp shift, const Trajectory& estimate,
+                     const Trajectory& truth) {
+  Expected<std::vector<StampedCovariance>> covariances = ReadCovariances(arguments.covariances);
   if (!covariances) return Fail(kExitBadInput, covariances.error().message);
+  for (StampedCovariance& covariance : *covariances) covariance.stamp.nanoseconds += shift.nanoseconds;
   const Expected<Consistency> consistency = EvaluateConsistency(estimate, *covariances, truth);
   if (!consistency) return Fail(kExitFailure, arguments.covariances + ": " + consistency.error().message);
   fmt::print("{}\n", arguments.json
@@ -87,7 +90,7 @@ int Evaluate(const EvaluateArguments& arguments) {
   if (!truth) return Fail(kExitBadInput, truth.error().message);
   const Timestamp shift = Timestamp::FromSeconds(arguments.time_offset);
   for (StampedPose& pose : *estimate) pose.stamp.nanoseconds += shift.nanoseconds;
-  if (!arguments.covariances.empty()) return PrintConsistency(arguments, *estimate, *truth);
+  if (!arguments.covariances.empty()) return PrintConsistency(arguments, shift, *estimate, *truth);
   const Expected<TrajectoryErrors> errors = ErrorsOf(arguments, *estimate, *truth);
   if (!errors) return Fail(kExitFailure, arguments.estimate + ": " + errors.error().message);
   if (!arguments.plot.empty()) {

@@ -135,6 +135,22 @@ TEST(CommandErrors, NameAnUnknownCommand) { ExpectBadInput("fly", {"fly", "--hel
 
 TEST(CommandErrors, AskForACommand) { ExpectBadInput("", {"command", "--help"}); }
 
+TEST(CommandErrors, EvaluateShiftsPosesAndCovariancesAlike) {
+  const test::TemporaryFolder folder;
+  const auto file = [&folder](const char* name) { return (folder.path() / name).string(); };
+  std::ofstream estimate(file("e.txt")), truth(file("t.txt")), covariances(file("c.csv"));
+  covariances << "t,xx,xy,xh,yy,yh,hh\n";
+  for (int i = 0; i < 5; ++i) {
+    estimate << 1000 + i << " " << i << " 0 0 0 0 0 1\n";
+    truth << i << " " << i << " 0 0 0 0 0 1\n";
+    covariances << 1000 + i << ",1e-4,0,0,1e-4,0,1e-4\n";
+  }
+  estimate.close(), truth.close(), covariances.close();
+  const Outcome outcome = RunCommand("evaluate --time-offset -1000 --estimate " + file("e.txt") + " --groundtruth " +
+                                     file("t.txt") + " --consistency " + file("c.csv"));
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.errors;
+}
+
 TEST(CommandErrors, EvaluateNamesWhatItCannotPlaceOrDraw) {
   const test::TemporaryFolder folder;
   const std::string poses = (folder.path() / "poses.txt").string();
