@@ -36,6 +36,17 @@ double SquaredPixelError(const CameraModel& camera, const Eigen::Vector3d& p_cam
 
 }  // namespace
 
+// How exact a depth is follows from the parallax over the noise of a ray. The options' parallaxes are those of a camera
+// of 610 px with a noise of 1 px: one of half as many pixels needs twice the angle.
+Initializer::Initializer(const InitializerOptions& options, const MeasurementModel& bundle,
+                         const std::vector<double>& octave_scales)
+    : options_(options), bundle_(bundle), octave_scales_(octave_scales) {
+  constexpr double kFocalLength = 610.0;  // px
+  const double noise = bundle.pixel_sigma * kFocalLength / bundle.camera.fx;
+  options_.min_parallax *= noise;
+  options_.min_median_parallax *= noise;
+}
+
 InitializerReport Initializer::Restart(const InitializerInput& input, std::string reason) {
   first_.reset();
   if (static_cast<int>(input.features->keypoints.size()) >= options_.min_features) {

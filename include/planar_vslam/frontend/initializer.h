@@ -38,8 +38,9 @@ struct InitializerOptions {
     v("min_features", o.min_features, unit::kNone, bound::AtLeast(kFewest), "keypoints in both images");
     v("min_matches", o.min_matches, unit::kNone, bound::AtLeast(kFewest), "between them");
     v("min_points", o.min_points, unit::kNone, bound::AtLeast(kFewest), "triangulated");
-    v("min_parallax_deg", o.min_parallax, unit::kDegrees, acute, "of a point that counts");
-    v("min_median_parallax_deg", o.min_median_parallax, unit::kDegrees, acute, "over the matches");
+    v("min_parallax_deg", o.min_parallax, unit::kDegrees, acute,
+      "of a point that counts, where a keypoint's noise is 1/610 of the focal length; else in proportion to it...");
+    v("min_median_parallax_deg", o.min_median_parallax, unit::kDegrees, acute, "...and over the matches");
     v("min_baseline", o.min_baseline, unit::kMeters, bound::Positive(),
       "between the cameras, by odometry where there is some");
     v("max_baseline_time", o.max_baseline_time, unit::kSeconds, bound::Positive(), "then a new first image is taken");
@@ -65,8 +66,7 @@ struct InitializerReport {
 class Initializer {
  public:
   Initializer(const InitializerOptions& options, const MeasurementModel& bundle,
-              const std::vector<double>& octave_scales)
-      : options_(options), bundle_(bundle), octave_scales_(octave_scales) {}
+              const std::vector<double>& octave_scales);
   InitializerReport Add(const InitializerInput& input);
 
  private:
