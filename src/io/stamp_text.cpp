@@ -12,7 +12,9 @@ namespace {
 constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
 constexpr std::size_t kNanosecondDigits = 9;
 constexpr std::size_t kMaxSecondDigits = 9 + 1;  // 9,999,999,999 s still fit an int64 of nanoseconds twice over
-constexpr double kMaxSeconds = 9.2e9;            // int64 nanoseconds end at 9.22e9 s
+// So long a whole number counts nanoseconds since 1970 (EuRoC, ORB-SLAM): the clocks of 1973 to 2262.
+constexpr std::size_t kFewestNanosecondDigits = 18, kMostNanosecondDigits = 19;
+constexpr double kMaxSeconds = 9.2e9;  // int64 nanoseconds end at 9.22e9 s
 
 bool AllDigits(std::string_view text) {
   for (const char c : text) {
@@ -34,8 +36,14 @@ std::optional<Timestamp> ParsePlainDecimal(std::string_view text) {
   const std::size_t point = text.find('.');
   const std::string_view whole = text.substr(0, point);
   const std::string_view fraction = point == std::string_view::npos ? std::string_view() : text.substr(point + 1);
-  if (whole.empty() || whole.size() > kMaxSecondDigits || !AllDigits(whole) || !AllDigits(fraction))
-    return std::nullopt;
+  if (whole.empty() || !AllDigits(whole) || !AllDigits(fraction)) return std::nullopt;
+  const bool no_fraction = fraction.find_first_not_of('0') == std::string_view::npos;
+  if (whole.size() >= kFewestNanosecondDigits && whole.size() <= kMostNanosecondDigits && no_fraction) {
+    const std::optional<double> value = ParseNumber(whole);
+    if (!value.has_value() || *value > kMaxSeconds * static_cast<double>(kNanosecondsPerSecond)) return std::nullopt;
+    return Timestamp{negative ? -DigitsToInteger(whole) : DigitsToInteger(whole)};
+  }
+  if (whole.size() > kMaxSecondDigits) return std::nullopt;
   const std::int64_t seconds = DigitsToInteger(whole);
   if (static_cast<double>(seconds) > kMaxSeconds) return std::nullopt;
   std::string padded(fraction.substr(0, kNanosecondDigits));

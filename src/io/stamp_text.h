@@ -15,7 +15,8 @@ struct StampText {
   Timestamp stamp;  // of kStamp
 };
 
-// "1305031102.175304", "-0.5", "12", "1e3"; "nan" and "inf" are kNotFinite, as are seconds beyond +-292 years.
+// Seconds: "1305031102.175304", "-0.5", "12", "1e3"; whole numbers of 18 or 19 digits are nanoseconds. "nan" and "inf"
+// are kNotFinite, as are seconds beyond +-292 years.
 StampText ParseStamp(std::string_view text);
 
 // Seconds with 9 decimals; ParseStamp gives the stamp back.

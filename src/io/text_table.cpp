@@ -6,6 +6,7 @@ namespace planar_vslam::io {
 namespace {
 
 constexpr std::string_view kBlanks = " \t\r";
+constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";  // of UTF-8, which Windows' programs write
 
 std::string_view Trimmed(std::string_view text) {
   const std::size_t first = text.find_first_not_of(kBlanks);
@@ -22,12 +23,16 @@ Expected<TextTable> TextTable::Open(const std::filesystem::path& path, Separator
   if (!std::filesystem::is_regular_file(path)) return Error{fmt::format("{}: no such file", path.string())};
   TextTable table(path, separator);
   if (!table.stream_) return Error{fmt::format("{}: cannot be opened for reading", path.string())};
+  const int first = table.stream_.peek();
+  if (first == 0xFE || first == 0xFF) return Error{fmt::format("{}: is UTF-16; expected UTF-8 text", path.string())};
   return table;
 }
 
 bool TextTable::NextLine() {
   while (std::getline(stream_, line_)) {
-    ++line_number_;
+    if (++line_number_ == 1 && line_.compare(0, kByteOrderMark.size(), kByteOrderMark) == 0) {
+      line_.erase(0, kByteOrderMark.size());
+    }
     const std::string_view content = Trimmed(line_);
     if (content.empty() || content.front() == '#') continue;
     Split();

@@ -46,6 +46,48 @@ TEST(CarmenLog, OddNumberOfBeamsReachesBothEndsOfTheHalfCircle) {
   EXPECT_DOUBLE_EQ(scans->front().scan.angle_increment, M_PI_2);
 }
 
+// A FLASER line of so many ranges.
+std::string Flaser(int count) {
+  std::string line = "FLASER " + std::to_string(count);
+  for (int i = 0; i < count; ++i) line += " 2.5";
+  return line + " 0 0 0 0 0 0 1 host 1\n";
+}
+
+TEST(CarmenLog, MoreBeamsThanAHalfCircleHoldsNeedAFieldOfView) {
+  for (const int count : {180, 181, 360, 361, 720, 721}) EXPECT_EQ(ErrorOf(Flaser(count)), "") << count;
+  for (const int count : {541, 1081, 682, 271}) {
+    ExpectInError(ErrorOf("#\n" + Flaser(count)), {"scans.log:2", std::to_string(count), "laser_front_laser_fov"});
+  }
+  const TemporaryFolder folder;
+  const auto path = folder.path() / "scans.log";
+  WriteText(path, "\xEF\xBB\xBFPARAM laser_front_laser_fov 270.0 host 0\nPARAM laser_rear_laser_fov 90 host 0\n" +
+                      Flaser(541));
+  const auto scans = ReadCarmenLog(path);
+  ASSERT_TRUE(scans.ok()) << scans.error().message;
+  EXPECT_NEAR(scans->front().scan.angle_min, -0.75 * M_PI, 1e-12);
+  EXPECT_NEAR(scans->front().scan.angle_increment, M_PI / 360.0, 1e-12);
+}
+
+TEST(CarmenLog, RobotLaserLinesSayTheirDirections) {
+  const TemporaryFolder folder;
+  const auto path = folder.path() / "scans.log";
+  const std::string robot =
+      "ROBOTLASER1 0 -2.0 4.0 1.0 20.0 0.01 0 5 1 2 3 25 0 2 7 8 0.5 -0.25 1.5 0.4 -0.2 1.5 0 0 0 0 0 1 h 1\n";
+  WriteText(path, std::string(kScan) + robot + kScan + robot);
+  const auto scans = ReadCarmenLog(path);
+  ASSERT_TRUE(scans.ok()) << scans.error().message;
+  ASSERT_EQ(scans->size(), 2U) << "the same scans, once";
+  const CarmenScan& first = scans->front();
+  EXPECT_EQ(first.scan.angle_min, -2.0);
+  EXPECT_EQ(first.scan.angle_increment, 1.0);
+  EXPECT_EQ(first.scan.range_max, 20.0);
+  EXPECT_EQ(first.scan.ranges.size(), 5U);
+  EXPECT_EQ(first.T_map_laser.translation, Eigen::Vector2d(0.5, -0.25));
+  ExpectInError(ErrorOf("ROBOTLASER1 0 -2.0 4.0 1,0 20.0 0.01 0 1 1"),
+                {"scans.log:1", "ROBOTLASER1", "resolution", "1,0"});
+  ExpectInError(ErrorOf("ROBOTLASER1 0 -2.0 4.0 90 20.0 0.01 0 3 1 1 1 0 0 0 0"), {"scans.log:1", "radians"});
+}
+
 TEST(CarmenLog, BadLinesAreNamed) {
   ExpectInError(ErrorOf(""), {"scans.log", "FLASER"});
   ExpectInError(ErrorOf("ODOM 1 2 3\n"), {"scans.log", "no FLASER"});

@@ -14,9 +14,10 @@ struct CarmenScan {
   PlanarScan scan;  // stamped with its number in the log: clocks of old logs are broken
 };
 
-// The FLASER lines in the order of the log:
+// The ROBOTLASER1 lines in the order of the log, or where it has none, the FLASER lines:
 //   FLASER n range_1 .. range_n x y theta odom_x odom_y odom_theta [times and host]
-// Beams span 180 degrees from the right to the left. Errors name file, line and field.
+// Beams of FLASER span 180 degrees from the right to the left, unless a line "PARAM laser_front_laser_fov DEGREES"
+// comes before; a number of beams that does not divide 180 degrees is an error. Errors name file, line and field.
 Expected<std::vector<CarmenScan>> ReadCarmenLog(const std::filesystem::path& path);
 
 }  // namespace planar_vslam
