@@ -19,8 +19,8 @@ Expected<PipelineOptions> ReadOptions(const std::filesystem::path& config, const
 RecordingOptions ToRecordingOptions(const PipelineOptions& options, const std::filesystem::path& odometry) {
   RecordingOptions recording;
   const TopicOptions& topics = options.topics;
-  recording.bag = {topics.image, topics.camera_info, topics.odometry,
-                   topics.scan,  topics.base_frame,  topics.odom_frame};
+  recording.bag = {topics.image,      topics.camera_info, topics.odometry, topics.scan,
+                   topics.base_frame, topics.odom_frame,  topics.rectified};
   if (!odometry.empty()) recording.odometry_file = odometry;
   recording.require_odometry = options.odometry == OdometryUse::kRequired;
   return recording;

@@ -10,29 +10,11 @@
 #include <cmath>
 
 #include "image_decode.h"
+#include "planar_vslam/sensor/lens.h"
+#include "planar_vslam/sensor/scan_check.h"
 
 namespace planar_vslam::io {
 namespace {
-
-// Distortion coefficients D = k1 k2 p1 p2 k3.
-std::optional<Error> SetDistortion(const sensor_msgs::CameraInfo& info, const std::string& where, CameraModel* camera) {
-  constexpr std::size_t kCoefficients = 5;
-  const bool zero = std::all_of(info.D.begin(), info.D.end(), [](double value) { return value == 0.0; });
-  if (zero) return std::nullopt;
-  if (info.distortion_model != "plumb_bob") {
-    return Error{
-        fmt::format("{}: distortion_model is '{}'; only plumb_bob is supported", where, info.distortion_model)};
-  }
-  if (info.D.size() != kCoefficients && info.D.size() != kCoefficients - 1) {
-    return Error{fmt::format("{}: D has {} values; expected k1 k2 p1 p2 k3", where, info.D.size())};
-  }
-  camera->k1 = info.D[0];
-  camera->k2 = info.D[1];
-  camera->p1 = info.D[2];
-  camera->p2 = info.D[3];
-  camera->k3 = info.D.size() == kCoefficients ? info.D[4] : 0.0;
-  return std::nullopt;
-}
 
 // Of x, y and yaw from ROS' row-major [x, y, z, roll, pitch, yaw].
 template <class Covariance>
@@ -48,11 +30,26 @@ Eigen::Matrix3d PlanarBlock(const Covariance& covariance) {
   return planar;
 }
 
-// Whether the images are a part or a reduction of the sensor the intrinsics are about.
-bool IsCropped(const sensor_msgs::CameraInfo& info) {
+// The images are that part of the sensor, that many times smaller, that the message says (REP 104): intrinsics, width
+// and height are those of the whole sensor.
+std::optional<Error> ApplyRoiAndBinning(const sensor_msgs::CameraInfo& info, const std::string& where,
+                                        CameraModel* camera) {
   const auto& roi = info.roi;
-  const bool whole = (roi.width == 0 && roi.height == 0) || (roi.width == info.width && roi.height == info.height);
-  return info.binning_x > 1 || info.binning_y > 1 || roi.x_offset != 0 || roi.y_offset != 0 || !whole;
+  const bool whole = roi.width == 0 || roi.height == 0;
+  const auto end_x = static_cast<std::uint64_t>(roi.x_offset) + roi.width;
+  const auto end_y = static_cast<std::uint64_t>(roi.y_offset) + roi.height;
+  if (end_x > info.width || end_y > info.height) {
+    return Error{fmt::format("{}: roi of {}x{} at ({}, {}) leaves the sensor; expected it inside {}x{}", where,
+                             roi.width, roi.height, roi.x_offset, roi.y_offset, info.width, info.height)};
+  }
+  const std::uint32_t binning_x = std::max(info.binning_x, 1U), binning_y = std::max(info.binning_y, 1U);
+  camera->width = static_cast<int>((whole ? info.width : roi.width) / binning_x);
+  camera->height = static_cast<int>((whole ? info.height : roi.height) / binning_y);
+  camera->fx /= binning_x;
+  camera->fy /= binning_y;
+  camera->cx = (camera->cx - (whole ? 0 : roi.x_offset)) / binning_x;
+  camera->cy = (camera->cy - (whole ? 0 : roi.y_offset)) / binning_y;
+  return std::nullopt;
 }
 
 }  // namespace
@@ -63,6 +60,11 @@ Rigid3 ToRigid3(const geometry_msgs::Transform& transform) {
   return {Eigen::Quaterniond(q.w, q.x, q.y, q.z), Eigen::Vector3d(t.x, t.y, t.z)};
 }
 
+bool IsRotation(const Eigen::Quaterniond& rotation) {
+  constexpr double kTolerance = 1e-2;
+  return std::abs(rotation.norm() - 1.0) < kTolerance;
+}
+
 OdometryMessageCovariance ToOdometryCovariance(const nav_msgs::Odometry& odometry, const Rigid3& T_child_base) {
   constexpr double kSamePlace = 1e-6;  // m and rad
   const Rigid2 planar = ProjectToPlane(T_child_base);
@@ -70,42 +72,65 @@ OdometryMessageCovariance ToOdometryCovariance(const nav_msgs::Odometry& odometr
   return {PlanarBlock(odometry.pose.covariance), PlanarBlock(odometry.twist.covariance)};
 }
 
-PlanarScan ToPlanarScan(const sensor_msgs::LaserScan& scan) {
+Expected<PlanarScan> ToPlanarScan(const sensor_msgs::LaserScan& scan) {
   PlanarScan planar;
   planar.stamp = ToTimestamp(scan.header.stamp);
   planar.angle_min = static_cast<double>(scan.angle_min);
   planar.angle_increment = static_cast<double>(scan.angle_increment);
+  const double beams = static_cast<double>(scan.ranges.size());
+  if (scan.angle_increment == 0.0F && beams > 1.0) {  // not filled in, where both ends may be
+    planar.angle_increment = static_cast<double>(scan.angle_max - scan.angle_min) / (beams - 1.0);
+  }
   planar.range_min = static_cast<double>(scan.range_min);
   planar.range_max = static_cast<double>(scan.range_max);
   planar.ranges = scan.ranges;
+  return CheckedScan(std::move(planar));
+}
+
+Expected<Rigid3> ToOdometryPose(const nav_msgs::Odometry& odometry) {
+  const auto& p = odometry.pose.pose.position;
+  const auto& q = odometry.pose.pose.orientation;
+  const Rigid3 T(Eigen::Quaterniond(q.w, q.x, q.y, q.z), Eigen::Vector3d(p.x, p.y, p.z));
+  if (!T.translation.allFinite() || !T.rotation.coeffs().allFinite()) return Error{"odometry pose not finite"};
+  if (!IsRotation(T.rotation)) return Error{"odometry orientation is no unit quaternion"};
+  return Rigid3(T.rotation.normalized(), T.translation);
+}
+
+std::optional<Eigen::Vector3d> ToOdometryTwist(const nav_msgs::Odometry& odometry) {
+  const auto& twist = odometry.twist.twist;
+  const Eigen::Vector3d planar(twist.linear.x, twist.linear.y, twist.angular.z);
+  if (!planar.allFinite()) return std::nullopt;
   return planar;
 }
 
+bool IsFilledIn(const sensor_msgs::CameraInfo& info, bool rectified) {
+  return rectified ? info.P[0] != 0.0 : info.K[0] != 0.0 || info.K[4] != 0.0;
+}
+
 Expected<CameraModel> ToCameraModel(const sensor_msgs::CameraInfo& info, const std::string& where, bool rectified) {
-  if (IsCropped(info)) return Error{where + ": binning or a region of interest is set; expected the full image"};
   CameraModel camera;
-  camera.width = static_cast<int>(info.width);
-  camera.height = static_cast<int>(info.height);
   camera.fx = rectified ? info.P[0] : info.K[0];
   camera.cx = rectified ? info.P[2] : info.K[2];
   camera.fy = rectified ? info.P[5] : info.K[4];
   camera.cy = rectified ? info.P[6] : info.K[5];
+  if (const auto error = ApplyRoiAndBinning(info, where, &camera)) return *error;
   if (!rectified) {
-    if (const auto error = SetDistortion(info, where, &camera)) return *error;
+    const Expected<bool> lens = SetLens({info.distortion_model, info.D}, &camera);
+    if (!lens) return Error{fmt::format("{}: {}", where, lens.error().message)};
   }
   const std::vector<std::string> problems = camera.Problems();
   if (!problems.empty()) return Error{fmt::format("{}: {}", where, fmt::join(problems, "; "))};
   return camera;
 }
 
-Expected<GrayImage> ToGrayImage(const sensor_msgs::CompressedImage& image) {
-  std::optional<GrayImage> gray = DecodeImage(image.data);
+Expected<GrayImage> ToGrayImage(const sensor_msgs::CompressedImage& image, GreyDepth* depth) {
+  std::optional<GrayImage> gray = DecodeImage(image.data, depth);
   if (gray.has_value()) return std::move(*gray);
   return Error{fmt::format("image of {} bytes, format '{}', not decodable; expected {}", image.data.size(),
                            image.format, kImageFormats)};
 }
 
-Expected<GrayImage> ToGrayImage(const sensor_msgs::Image& image) {
+Expected<GrayImage> ToGrayImage(const sensor_msgs::Image& image, GreyDepth* depth) {
   RawImage raw;
   raw.width = static_cast<int>(image.width);
   raw.height = static_cast<int>(image.height);
@@ -113,16 +138,26 @@ Expected<GrayImage> ToGrayImage(const sensor_msgs::Image& image) {
   raw.encoding = image.encoding;
   raw.big_endian = image.is_bigendian != 0;
   raw.data = &image.data;
-  return ConvertImage(raw);
+  return ConvertImage(raw, depth);
 }
 
-StampedImage ReadImage(const rosbag::MessageInstance& message, bool compressed) {
+std_msgs::Header ReadHeader(const rosbag::MessageInstance& message) {
+  std::vector<std::uint8_t> bytes(message.size());
+  ros::serialization::OStream copy(bytes.data(), message.size());
+  message.write(copy);
+  ros::serialization::IStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
+  std_msgs::Header header;
+  ros::serialization::deserialize(stream, header);
+  return header;
+}
+
+StampedImage ReadImage(const rosbag::MessageInstance& message, bool compressed, GreyDepth* depth) {
   if (compressed) {
     const auto image = Instantiate<sensor_msgs::CompressedImage>(message);
-    return {image->header.stamp, image->header.frame_id, ToGrayImage(*image)};
+    return {image->header.stamp, image->header.frame_id, ToGrayImage(*image, depth)};
   }
   const auto image = Instantiate<sensor_msgs::Image>(message);
-  return {image->header.stamp, image->header.frame_id, ToGrayImage(*image)};
+  return {image->header.stamp, image->header.frame_id, ToGrayImage(*image, depth)};
 }
 
 }  // namespace planar_vslam::io

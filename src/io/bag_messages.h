@@ -5,6 +5,7 @@
 #include <rosbag/message_instance.h>
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/LaserScan.h>
+#include <std_msgs/Header.h>
 
 #include <string>
 
@@ -22,7 +23,9 @@ struct StampedImage {
   std::string frame_id;
   Expected<GrayImage> image;
 };
-StampedImage ReadImage(const rosbag::MessageInstance& message, bool compressed);
+StampedImage ReadImage(const rosbag::MessageInstance& message, bool compressed, GreyDepth* depth);
+// The header that every message of ours begins with; throws where the message is too short for one.
+std_msgs::Header ReadHeader(const rosbag::MessageInstance& message);
 
 // The message as M; throws rosbag::BagFormatException where the bag's definition of the type is another.
 template <class M>

@@ -2,28 +2,23 @@
 
 #include <fmt/format.h>
 #include <nav_msgs/Odometry.h>
-#include <rosbag/view.h>
-#include <tf2_msgs/TFMessage.h>
 
-#include <cmath>
+#include <algorithm>
+#include <array>
+#include <deque>
 
 #include "bag_messages.h"
 #include "bag_survey.h"
-#include "event_merger.h"
+#include "stamp_text.h"
 
 namespace planar_vslam::io {
 namespace {
 
-std::vector<std::string> StreamedTopics(const BagSurvey& survey) {
-  std::vector<std::string> topics{survey.topics.image};
-  if (!survey.topics.scan.empty()) topics.push_back(survey.topics.scan);
-  if (!survey.topics.odometry.empty()) {
-    topics.push_back(survey.topics.odometry);
-  } else if (survey.transforms.odom_to_base.has_value()) {
-    topics.insert(topics.end(), survey.topics.tf.begin(), survey.topics.tf.end());
-  }
-  return topics;
-}
+// In the order events with equal stamps are handed out: what an image needs comes before it.
+constexpr std::size_t kOdometry = 0, kLaser = 1, kImage = 2, kStreamCount = 3;
+// Events of a stream that are read in one go. Where topics lie far apart in a bag, each change from one to another
+// costs the decompression of a chunk.
+constexpr std::size_t kReadAhead[kStreamCount] = {200, 20, 1};
 
 class BagRecording : public Recording {
  public:
@@ -32,11 +27,9 @@ class BagRecording : public Recording {
         file_(std::move(file)),
         survey_(std::move(survey)),
         skipped_(std::move(skipped)),
-        view_(*bag_, rosbag::TopicQuery(StreamedTopics(survey_))),
-        position_(view_.begin()),
-        merger_({survey_.info.has_odometry, survey_.info.has_laser, true}) {
+        odometry_(survey_.odometry_by_twist) {
     if (survey_.transforms.odom_to_base.has_value()) {
-      odometry_edge_ = survey_.transforms.tree.FirstMovingEdge(*survey_.transforms.odom_to_base);
+      tf_odometry_ = survey_.transforms.tree.StampsOfMotion(*survey_.transforms.odom_to_base);
     }
   }
 
@@ -45,169 +38,149 @@ class BagRecording : public Recording {
   Expected<std::optional<RecordedEvent>> Next() override;
 
  private:
-  void ReadMessage(const rosbag::MessageInstance& message);
-  void OnImage(const rosbag::MessageInstance& message);
-  void OnScan(const rosbag::MessageInstance& message);
-  void OnOdometry(const rosbag::MessageInstance& message);
-  void OnTf(const rosbag::MessageInstance& message);
-  void PushOdometry(const ros::Time& stamp, const Rigid3& T_odom_base, const OdometryMessageCovariance& covariance,
-                    const std::string& topic);
-  // Counts and refuses a stamp that is zero or not later than the stream's last.
-  bool AcceptStamp(Stream stream, const ros::Time& stamp, const std::string& topic);
-  void Deliver(Stream stream, Timestamp stamp, RecordedEvent event, const std::string& topic);
+  struct Stream {
+    std::size_t next = 0;  // message to read
+    std::deque<std::pair<Timestamp, RecordedEvent>> ahead;
+  };
+  std::size_t Size(std::size_t stream) const;
+  void ReadAhead(std::size_t stream);
+  // Message i of a stream; nothing, and counted, where it cannot be used.
+  std::optional<RecordedEvent> Read(std::size_t stream, std::size_t i);
+  std::optional<RecordedEvent> ReadCameraFrame(std::size_t i);
+  std::optional<RecordedEvent> ReadLaserFrame(std::size_t i);
+  std::optional<RecordedEvent> ReadOdometry(std::size_t i);
+  std::optional<RecordedEvent> ReadTfOdometry(std::size_t i);
 
   std::unique_ptr<rosbag::Bag> bag_;
   std::string file_;
   BagSurvey survey_;
   SkipLog skipped_;
-  rosbag::View view_;
-  rosbag::View::iterator position_;
-  EventMerger merger_;
-  std::array<StampGate, kStreamCount> gates_;
-  MessageCovarianceReader covariance_;
-  std::optional<std::pair<std::string, std::string>> odometry_edge_;  // (parent, child) whose samples time tf odometry
+  std::array<Stream, kStreamCount> streams_;
+  OdometryMessages odometry_;
+  std::vector<Timestamp> tf_odometry_;
+  GreyDepth depth_;
 };
 
-const char* StreamName(Stream stream) {
-  switch (stream) {
-    case Stream::kOdometry:
-      return "odometry";
-    case Stream::kLaser:
-      return "scan";
-    case Stream::kImage:
-      break;
-  }
-  return "image";
+Timestamp StampOf(const RecordedEvent& event) {
+  if (const auto* frame = std::get_if<CameraFrame>(&event)) return frame->image.stamp;
+  if (const auto* frame = std::get_if<LaserFrame>(&event)) return frame->scan.stamp;
+  return std::get<OdometryReading>(event).stamp;
 }
 
-std::string Where(const std::string& topic, const ros::Time& stamp) {
-  return fmt::format("{} at {}.{:09d}", topic, stamp.sec, stamp.nsec);
+std::string Where(const std::string& topic, Timestamp stamp) {
+  return fmt::format("{} at {}", topic, FormatStamp(stamp));
 }
 
 Expected<std::optional<RecordedEvent>> BagRecording::Next() {
   try {
-    while (true) {
-      std::optional<RecordedEvent> event = merger_.Pop();
-      if (event.has_value()) return event;
-      if (position_ == view_.end()) {
-        merger_.Finish();
-        return merger_.Pop();
-      }
-      ReadMessage(*position_);
-      ++position_;
+    Stream* earliest = nullptr;
+    for (std::size_t i = 0; i < kStreamCount; ++i) {
+      ReadAhead(i);
+      Stream& stream = streams_[i];
+      if (stream.ahead.empty()) continue;
+      if (earliest == nullptr || stream.ahead.front().first < earliest->ahead.front().first) earliest = &stream;
     }
+    if (earliest == nullptr) return std::optional<RecordedEvent>();
+    std::optional<RecordedEvent> event = std::move(earliest->ahead.front().second);
+    earliest->ahead.pop_front();
+    return event;
   } catch (const std::exception& exception) {
     return Error{fmt::format("{}: cannot be read on: {}; expected an intact rosbag v2", file_, exception.what())};
   }
 }
 
-void BagRecording::ReadMessage(const rosbag::MessageInstance& message) {
-  const std::string& topic = message.getTopic();
-  try {
-    if (topic == survey_.topics.image) {
-      OnImage(message);
-    } else if (topic == survey_.topics.scan) {
-      OnScan(message);
-    } else if (topic == survey_.topics.odometry) {
-      OnOdometry(message);
-    } else {
-      OnTf(message);
+std::size_t BagRecording::Size(std::size_t stream) const {
+  if (stream == kImage) return survey_.index.images.size();
+  if (stream == kLaser) return survey_.index.scans.size();
+  return tf_odometry_.empty() ? survey_.index.odometry.size() : tf_odometry_.size();
+}
+
+void BagRecording::ReadAhead(std::size_t number) {
+  Stream& stream = streams_[number];
+  while (stream.ahead.empty() && stream.next < Size(number)) {
+    const std::size_t end = std::min(stream.next + kReadAhead[number], Size(number));
+    for (; stream.next < end; ++stream.next) {
+      std::optional<RecordedEvent> event = Read(number, stream.next);
+      if (event.has_value()) stream.ahead.emplace_back(StampOf(*event), std::move(*event));
     }
-  } catch (const ros::serialization::StreamOverrunException&) {
-    skipped_.Count("message cut short", Where(topic, message.getTime()));
   }
 }
 
-bool BagRecording::AcceptStamp(Stream stream, const ros::Time& stamp, const std::string& topic) {
-  const bool zero = stamp.isZero();
-  if (!zero && gates_[static_cast<std::size_t>(stream)].Accept(ToTimestamp(stamp))) return true;
-  skipped_.Count(fmt::format("{} stamp {}", StreamName(stream), zero ? "zero" : "not increasing"), Where(topic, stamp));
-  return false;
+std::optional<RecordedEvent> BagRecording::Read(std::size_t stream, std::size_t i) {
+  try {
+    if (stream == kImage) return ReadCameraFrame(i);
+    if (stream == kLaser) return ReadLaserFrame(i);
+    return tf_odometry_.empty() ? ReadOdometry(i) : ReadTfOdometry(i);
+  } catch (const ros::serialization::StreamOverrunException&) {
+    const bool image = stream == kImage;
+    skipped_.Count("message cut short", image ? Where(survey_.topics.image, survey_.index.images.stamp(i))
+                                              : Where(survey_.topics.scan, survey_.index.scans.stamp(i)));
+    return std::nullopt;
+  }
 }
 
-void BagRecording::Deliver(Stream stream, Timestamp stamp, RecordedEvent event, const std::string& topic) {
-  if (merger_.Push(stream, stamp, std::move(event))) return;
-  skipped_.Count(fmt::format("{} more than {} s behind the others", StreamName(stream), EventMerger::kPatienceSeconds),
-                 fmt::format("{} at {:.3f}", topic, stamp.Seconds()));
-}
-
-void BagRecording::OnImage(const rosbag::MessageInstance& message) {
-  StampedImage stored = ReadImage(message, survey_.topics.image_compressed);
-  const std::string where = Where(message.getTopic(), stored.stamp);
+std::optional<RecordedEvent> BagRecording::ReadCameraFrame(std::size_t i) {
+  const Timestamp stamp = survey_.index.images.stamp(i);
+  StampedImage stored = ReadImage(survey_.index.images.message(i), survey_.topics.image_compressed, &depth_);
+  const std::string where = Where(survey_.topics.image, stamp);
   if (!stored.image) {
     skipped_.Count("image not decodable", fmt::format("{}: {}", where, stored.image.error().message));
-    return;
+    return std::nullopt;
   }
   const CameraModel& camera = survey_.info.camera;
   if (stored.image->width != camera.width || stored.image->height != camera.height) {
     skipped_.Count("image of changed size", fmt::format("{}: {}x{}, expected {}x{}", where, stored.image->width,
                                                         stored.image->height, camera.width, camera.height));
-    return;
+    return std::nullopt;
   }
-  if (!AcceptStamp(Stream::kImage, stored.stamp, message.getTopic())) return;
-  const Timestamp stamp = ToTimestamp(stored.stamp);
   const std::optional<Rigid3> T_base_camera = survey_.transforms.tree.At(survey_.transforms.base_to_camera, stamp);
   if (!T_base_camera.has_value()) {
     skipped_.Count("image whose stamp tf does not cover", where);
-    return;
+    return std::nullopt;
   }
-  Deliver(Stream::kImage, stamp, CameraFrame{ImageFrame{stamp, std::move(*stored.image)}, *T_base_camera},
-          message.getTopic());
+  return CameraFrame{ImageFrame{stamp, std::move(*stored.image)}, *T_base_camera};
 }
 
-void BagRecording::OnScan(const rosbag::MessageInstance& message) {
-  const auto scan = Instantiate<sensor_msgs::LaserScan>(message);
-  if (!AcceptStamp(Stream::kLaser, scan->header.stamp, message.getTopic())) return;
-  const Timestamp stamp = ToTimestamp(scan->header.stamp);
+std::optional<RecordedEvent> BagRecording::ReadLaserFrame(std::size_t i) {
+  const Timestamp stamp = survey_.index.scans.stamp(i);
+  Expected<PlanarScan> scan = ToPlanarScan(*Instantiate<sensor_msgs::LaserScan>(survey_.index.scans.message(i)));
+  if (!scan) {
+    skipped_.Count(scan.error().message, Where(survey_.topics.scan, stamp));
+    return std::nullopt;
+  }
   const std::optional<Rigid3> T_base_laser = survey_.transforms.tree.At(survey_.transforms.base_to_laser, stamp);
   if (!T_base_laser.has_value()) {
-    skipped_.Count("scan whose stamp tf does not cover", Where(message.getTopic(), scan->header.stamp));
-    return;
+    skipped_.Count("scan whose stamp tf does not cover", Where(survey_.topics.scan, stamp));
+    return std::nullopt;
   }
-  Deliver(Stream::kLaser, stamp, LaserFrame{ToPlanarScan(*scan), *T_base_laser}, message.getTopic());
+  return LaserFrame{std::move(*scan), *T_base_laser};
 }
 
-void BagRecording::OnOdometry(const rosbag::MessageInstance& message) {
-  const auto odometry = Instantiate<nav_msgs::Odometry>(message);
-  const ros::Time& stamp = odometry->header.stamp;
+std::optional<RecordedEvent> BagRecording::ReadOdometry(std::size_t i) {
+  const Timestamp stamp = survey_.index.odometry.stamp(i);
+  const std::string where = Where(survey_.topics.odometry, stamp);
   const std::optional<Rigid3> T_child_base =
-      survey_.transforms.tree.At(survey_.transforms.odometry_child_to_base, ToTimestamp(stamp));
+      survey_.transforms.tree.At(survey_.transforms.odometry_child_to_base, stamp);
   if (!T_child_base.has_value()) {
-    skipped_.Count("odometry whose stamp tf does not cover", Where(message.getTopic(), stamp));
-    return;
+    skipped_.Count("odometry whose stamp tf does not cover", where);
+    return std::nullopt;
   }
-  const auto& p = odometry->pose.pose.position;
-  const auto& q = odometry->pose.pose.orientation;
-  const Rigid3 T_odom_child(Eigen::Quaterniond(q.w, q.x, q.y, q.z), Eigen::Vector3d(p.x, p.y, p.z));
-  PushOdometry(stamp, T_odom_child * *T_child_base, ToOdometryCovariance(*odometry, *T_child_base), message.getTopic());
+  const auto message = Instantiate<nav_msgs::Odometry>(survey_.index.odometry.message(i));
+  const Expected<OdometryReading> reading = odometry_.Read(*message, *T_child_base);
+  if (!reading) {
+    skipped_.Count(reading.error().message, where);
+    return std::nullopt;
+  }
+  if (odometry_.placeholder_covariance()) skipped_.Count("odometry covariance that is a placeholder", where);
+  return *reading;
 }
 
-void BagRecording::OnTf(const rosbag::MessageInstance& message) {
-  const auto tf = Instantiate<tf2_msgs::TFMessage>(message);
-  for (const geometry_msgs::TransformStamped& transform : tf->transforms) {
-    const auto edge = std::make_pair(FrameName(transform.header.frame_id), FrameName(transform.child_frame_id));
-    if (edge != odometry_edge_) continue;
-    const ros::Time& stamp = transform.header.stamp;
-    const std::optional<Rigid3> T_odom_base =
-        survey_.transforms.tree.At(*survey_.transforms.odom_to_base, ToTimestamp(stamp));
-    if (T_odom_base.has_value()) {
-      PushOdometry(stamp, *T_odom_base, {}, message.getTopic());
-    } else {
-      skipped_.Count("odometry whose stamp tf does not cover", Where(message.getTopic(), stamp));
-    }
-  }
-}
-
-void BagRecording::PushOdometry(const ros::Time& stamp, const Rigid3& T_odom_base,
-                                const OdometryMessageCovariance& covariance, const std::string& topic) {
-  const Rigid2 planar = ProjectToPlane(T_odom_base);
-  if (!planar.translation.allFinite() || !std::isfinite(planar.angle)) {
-    skipped_.Count("odometry pose not finite", Where(topic, stamp));
-    return;
-  }
-  if (!AcceptStamp(Stream::kOdometry, stamp, topic)) return;
-  const Timestamp t = ToTimestamp(stamp);
-  Deliver(Stream::kOdometry, t, OdometryReading{t, planar, covariance_.Rate(t, planar, covariance)}, topic);
+std::optional<RecordedEvent> BagRecording::ReadTfOdometry(std::size_t i) {
+  const Timestamp stamp = tf_odometry_[i];
+  const std::optional<Rigid3> T_odom_base = survey_.transforms.tree.At(*survey_.transforms.odom_to_base, stamp);
+  if (T_odom_base.has_value()) return OdometryReading{stamp, ProjectToPlane(*T_odom_base)};
+  skipped_.Count("odometry whose stamp tf does not cover", Where("tf", stamp));
+  return std::nullopt;
 }
 
 }  // namespace

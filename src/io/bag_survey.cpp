@@ -5,10 +5,9 @@
 #include <nav_msgs/Odometry.h>
 #include <rosbag/view.h>
 
-#include <algorithm>
-
 #include "bag_check.h"
 #include "bag_messages.h"
+#include "planar_vslam/sensor/scan_check.h"
 
 namespace planar_vslam::io {
 namespace {
@@ -21,68 +20,90 @@ struct ImageSpan {
   long count = 0;
 };
 
-template <class M>
-boost::shared_ptr<M> FirstMessage(const rosbag::Bag& bag, const std::string& topic) {
-  rosbag::View view(bag, rosbag::TopicQuery(topic));
-  for (const rosbag::MessageInstance& message : view) return Instantiate<M>(message);
-  return nullptr;
-}
-
-// The first image that can be decoded and has a stamp; the last stamp of the bag's last image.
-Expected<ImageSpan> FindImages(const rosbag::Bag& bag, const std::string& file, const BagTopics& topics) {
-  rosbag::View view(bag, rosbag::TopicQuery(topics.image));
+// The first image that can be decoded, and the stamps of the first and the last one.
+Expected<ImageSpan> FindImages(const std::string& file, const BagTopics& topics, const StreamIndex& images) {
+  if (images.size() == 0) {
+    return Error{fmt::format("{}: no usable image on {}: no message with a stamp", file, topics.image)};
+  }
   ImageSpan span;
-  span.count = static_cast<long>(view.size());
-  std::string why = "the topic is empty";
-  for (const rosbag::MessageInstance& message : view) {
-    const StampedImage stored = ReadImage(message, topics.image_compressed);
-    if (stored.image && !stored.stamp.isZero()) {
+  span.count = static_cast<long>(images.size());
+  span.last = images.stamp(images.size() - 1);
+  std::string why;
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    GreyDepth depth;
+    const StampedImage stored = ReadImage(images.message(i), topics.image_compressed, &depth);
+    if (stored.image) {
       span.frame_id = FrameName(stored.frame_id);
       span.width = stored.image->width;
       span.height = stored.image->height;
-      span.first = span.last = ToTimestamp(stored.stamp);
-      break;
+      span.first = images.stamp(i);
+      return span;
     }
-    why = stored.image ? "header.stamp is zero" : stored.image.error().message;
+    why = stored.image.error().message;
   }
-  if (span.width == 0) return Error{fmt::format("{}: no usable image on {}: {}", file, topics.image, why)};
-  rosbag::View end(bag, rosbag::TopicQuery(topics.image), view.getEndTime());
-  for (const rosbag::MessageInstance& message : end) {
-    span.last = std::max(span.last, ToTimestamp(ReadImage(message, topics.image_compressed).stamp));
-  }
-  return span;
+  return Error{fmt::format("{}: no usable image on {}: {}", file, topics.image, why)};
 }
 
 // The first camera_info that is filled in; drivers send zeros until they have read their calibration.
-Expected<CameraModel> ReadCamera(const rosbag::Bag& bag, const std::string& file, const BagTopics& topics) {
+Expected<CameraModel> ReadCamera(const rosbag::Bag& bag, const std::string& file, const BagTopics& topics,
+                                 RectifiedImages rectified) {
   const std::string where = file + ": " + topics.camera_info;
+  const bool is_rectified = IsRectifiedImage(topics.image, rectified);
   rosbag::View view(bag, rosbag::TopicQuery(topics.camera_info));
   for (const rosbag::MessageInstance& message : view) {
     const auto info = Instantiate<sensor_msgs::CameraInfo>(message);
-    if (info->K[0] == 0.0 && info->K[4] == 0.0) continue;
-    return ToCameraModel(*info, where, IsRectifiedImage(topics.image));
+    if (!IsFilledIn(*info, is_rectified)) continue;
+    return ToCameraModel(*info, where, is_rectified);
   }
-  return Error{fmt::format("{}: K is zero in every message; expected the intrinsics of a calibrated camera", where)};
+  return Error{fmt::format("{}: {} is zero in every message; expected the intrinsics of a calibrated camera", where,
+                           is_rectified ? "P" : "K")};
 }
 
-SensorFrames FramesOf(const rosbag::Bag& bag, const BagTopics& topics, const ImageSpan& images,
+SensorFrames FramesOf(const BagIndex& index, const BagTopics& topics, const ImageSpan& images,
                       const BagOptions& options) {
   SensorFrames frames;
   frames.base = FrameName(options.base_frame);
   frames.camera = images.frame_id;
-  if (!topics.scan.empty()) {
-    if (const auto scan = FirstMessage<sensor_msgs::LaserScan>(bag, topics.scan)) {
-      frames.laser = FrameName(scan->header.frame_id);
-    }
-  }
+  if (index.scans.size() > 0) frames.laser = FrameName(ReadHeader(index.scans.message(0)).frame_id);
   if (topics.odometry.empty()) {
     frames.odom = FrameName(options.odom_frame);
-    return frames;
-  }
-  if (const auto odometry = FirstMessage<nav_msgs::Odometry>(bag, topics.odometry)) {
+  } else if (index.odometry.size() > 0) {
+    const auto odometry = Instantiate<nav_msgs::Odometry>(index.odometry.message(0));
     frames.odometry_child = odometry->child_frame_id.empty() ? frames.base : FrameName(odometry->child_frame_id);
   }
   return frames;
+}
+
+// A topic whose poses cannot be used is as good as none, and tf may hold what it should.
+void ChooseOdometry(BagSurvey* survey, SkipLog* skipped) {
+  const OdometrySurvey& odometry = survey->index.odometry_survey;
+  if (odometry.pose_stands()) {
+    survey->odometry_by_twist = true;
+    survey->info.notes.push_back(fmt::format(
+        "{}: the pose never changes although the twist drives: the twist is integrated", survey->topics.odometry));
+  } else if (!odometry.refused().empty() && !odometry.poses_usable()) {
+    for (const auto& [reason, count] : odometry.refused()) {
+      for (long left = count; left > 0; --left) skipped->Count(reason, survey->topics.odometry);
+    }
+    survey->info.notes.push_back(
+        fmt::format("{}: most poses cannot be used: odometry is taken from tf, if there", survey->topics.odometry));
+    survey->topics.odometry.clear();
+    survey->index.odometry = {};
+  }
+}
+
+// What a laser leaves out that it should say.
+void NoteScans(BagSurvey* survey) {
+  if (survey->index.scans.size() == 0) return;
+  const auto scan = Instantiate<sensor_msgs::LaserScan>(survey->index.scans.message(0));
+  const Expected<PlanarScan> checked = ToPlanarScan(*scan);
+  PlanarScan as_it_came;
+  as_it_came.range_min = static_cast<double>(scan->range_min);
+  as_it_came.range_max = static_cast<double>(scan->range_max);
+  if (!checked.ok() || StatesRange(as_it_came)) return;
+  survey->info.notes.push_back(
+      fmt::format("{}: range_max is {}: taken for unlimited, and beams without return say nothing", survey->topics.scan,
+                  scan->range_max));
 }
 
 }  // namespace
@@ -105,15 +126,19 @@ Expected<BagSurvey> SurveyBag(const rosbag::Bag& bag, const std::string& file, c
   Expected<BagTopics> topics = ChooseTopics(bag, file, options.bag);
   if (!topics) return topics.error();
   survey.topics = std::move(*topics);
-  const Expected<CameraModel> camera = ReadCamera(bag, file, survey.topics);
+  const Expected<CameraModel> camera = ReadCamera(bag, file, survey.topics, options.bag.rectified);
   if (!camera) return camera.error();
-  const Expected<ImageSpan> images = FindImages(bag, file, survey.topics);
+  survey.index = ReadIndex(bag, survey.topics, skipped);
+  const Expected<ImageSpan> images = FindImages(file, survey.topics, survey.index.images);
   if (!images) return images.error();
   if (images->width != camera->width || images->height != camera->height) {
     return Error{fmt::format("{}: images on {} are {}x{} px; expected {}x{} as {} says", file, survey.topics.image,
                              images->width, images->height, camera->width, camera->height, survey.topics.camera_info)};
   }
-  const SensorFrames frames = FramesOf(bag, survey.topics, *images, options.bag);
+  survey.info.notes = survey.index.notes;
+  ChooseOdometry(&survey, skipped);
+  NoteScans(&survey);
+  const SensorFrames frames = FramesOf(survey.index, survey.topics, *images, options.bag);
   Expected<BagTransforms> transforms = ReadTransforms(bag, file, survey.topics, frames, skipped);
   if (!transforms) return transforms.error();
   survey.transforms = std::move(*transforms);
@@ -125,6 +150,7 @@ Expected<BagSurvey> SurveyBag(const rosbag::Bag& bag, const std::string& file, c
   info.first_image = images->first;
   info.last_image = images->last;
   info.image_count = images->count;
+  info.notes.insert(info.notes.end(), survey.transforms.notes.begin(), survey.transforms.notes.end());
   if (options.require_odometry && !info.has_odometry) {
     return Error{fmt::format("{}: no odometry; expected a nav_msgs/Odometry topic or tf '{}' -> '{}'", file,
                              options.bag.odom_frame, options.bag.base_frame)};

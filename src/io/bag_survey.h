@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 
+#include "bag_index.h"
 #include "bag_topics.h"
 #include "bag_transforms.h"
 #include "planar_vslam/geometry/expected.h"
@@ -16,6 +17,8 @@ namespace planar_vslam::io {
 
 struct BagSurvey {
   BagTopics topics;
+  BagIndex index;
+  bool odometry_by_twist = false;
   BagTransforms transforms;
   RecordingInfo info;
 };

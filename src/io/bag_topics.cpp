@@ -67,8 +67,8 @@ class Chooser {
                                names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", ")))};
     }
     if (names.size() > 1) {
-      return Error{fmt::format("{}: several {} topics ({}); expected {} to say which", file_, role.types.front(),
-                               fmt::join(names, ", "), role.option)};
+      return Error{fmt::format("{}: several {} topics ({}); expected --set {}=TOPIC to say which", file_,
+                               role.types.front(), fmt::join(names, ", "), role.option)};
     }
     return names.empty() ? std::string() : names.front();
   }
@@ -97,7 +97,7 @@ Expected<std::string> ChooseCameraInfo(const Chooser& chooser, const std::string
   const std::string raw_image = WithoutCompressed(image);
   const std::string sibling = raw_image.substr(0, raw_image.rfind('/') + 1) + "camera_info";
   if (wanted.empty() && chooser.Is(sibling, "sensor_msgs/CameraInfo")) return sibling;
-  Expected<std::string> topic = chooser.Choose({"camera_info_topic", {"sensor_msgs/CameraInfo"}}, wanted);
+  Expected<std::string> topic = chooser.Choose({"topics.camera_info", {"sensor_msgs/CameraInfo"}}, wanted);
   if (topic && topic->empty()) {
     return Error{
         fmt::format("{}: no sensor_msgs/CameraInfo topic; expected {} with the camera's intrinsics", file, sibling)};
@@ -110,7 +110,7 @@ Expected<std::string> ChooseCameraInfo(const Chooser& chooser, const std::string
 Expected<BagTopics> ChooseTopics(const rosbag::Bag& bag, const std::string& file, const BagOptions& options) {
   const Chooser chooser(TopicsOf(bag), file);
   const Expected<std::string> image =
-      chooser.Choose({"image_topic", {kRawImage, kCompressedImage}}, options.image_topic);
+      chooser.Choose({"topics.image", {kRawImage, kCompressedImage}}, options.image_topic);
   if (!image) return image.error();
   if (image->empty())
     return Error{fmt::format("{}: no images; expected a {} or {} topic", file, kRawImage, kCompressedImage)};
@@ -123,9 +123,9 @@ Expected<BagTopics> ChooseTopics(const rosbag::Bag& bag, const std::string& file
   topics.tf = chooser.TfTopics();
   if (options.base_frame.empty()) return topics;
   const Expected<std::string> odometry =
-      chooser.Choose({"odometry_topic", {"nav_msgs/Odometry"}}, options.odometry_topic);
+      chooser.Choose({"topics.odometry", {"nav_msgs/Odometry"}}, options.odometry_topic);
   if (!odometry) return odometry.error();
-  const Expected<std::string> scan = chooser.Choose({"scan_topic", {"sensor_msgs/LaserScan"}}, options.scan_topic);
+  const Expected<std::string> scan = chooser.Choose({"topics.scan", {"sensor_msgs/LaserScan"}}, options.scan_topic);
   if (!scan) return scan.error();
   topics.odometry = *odometry;
   topics.scan = *scan;
@@ -134,8 +134,10 @@ Expected<BagTopics> ChooseTopics(const rosbag::Bag& bag, const std::string& file
 
 bool IsStaticTf(const std::string& topic) { return LastName(topic) == "tf_static"; }
 
-bool IsRectifiedImage(const std::string& topic) {
-  return LastName(WithoutCompressed(topic)).rfind("image_rect", 0) == 0;
+bool IsRectifiedImage(const std::string& topic, RectifiedImages said) {
+  if (said != RectifiedImages::kAuto) return said == RectifiedImages::kYes;
+  const std::string name = "_" + LastName(WithoutCompressed(topic)) + "_";
+  return name.find("_rect_") != std::string::npos || name.find("_rectified_") != std::string::npos;
 }
 
 }  // namespace planar_vslam::io

@@ -43,7 +43,6 @@ void CountRefused(TfPush result, const geometry_msgs::TransformStamped& transfor
 }
 
 // Robots publish dozens of joints: once all wanted frames are connected, only the edges between them are kept.
-// Repeated samples of an edge are common (several publishers) and not worth a word.
 TfTree ReadTree(const rosbag::Bag& bag, const BagTopics& topics, const std::vector<FramePair>& wanted,
                 SkipLog* skipped) {
   TfTree tree;
@@ -64,6 +63,7 @@ TfTree ReadTree(const rosbag::Bag& bag, const BagTopics& topics, const std::vect
       reduced = true;
     }
   }
+  tree.Sort();
   return tree;
 }
 
@@ -113,7 +113,13 @@ Expected<BagTransforms> ReadTransforms(const rosbag::Bag& bag, const std::string
   }
   if (!frames.odom.empty()) {
     const std::optional<TfChain> odom = tree.Chain(frames.odom, frames.base);
-    if (odom.has_value() && tree.FirstMovingEdge(*odom).has_value()) transforms.odom_to_base = odom;
+    if (odom.has_value() && !tree.StampsOfMotion(*odom).empty()) transforms.odom_to_base = odom;
+  }
+  for (const TfChain* mount :
+       {&transforms.base_to_camera, &transforms.base_to_laser, &transforms.odometry_child_to_base}) {
+    for (const std::string& child : tree.HoldMounts(*mount)) {
+      transforms.notes.push_back(fmt::format("tf of '{}' came once, on /tf: taken as static", child));
+    }
   }
   return transforms;
 }

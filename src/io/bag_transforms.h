@@ -4,6 +4,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "bag_topics.h"
 #include "planar_vslam/geometry/expected.h"
@@ -24,6 +25,7 @@ struct BagTransforms {
   TfChain base_to_camera, base_to_laser;  // of has_base_transform
   TfChain odometry_child_to_base;         // with an odometry topic
   std::optional<TfChain> odom_to_base;    // without an odometry topic, where tf holds a moving odom -> base
+  std::vector<std::string> notes;         // what the user should know
 };
 
 // `frames.base` empty: tf is not used. Errors name the missing frame and those there are.

@@ -27,6 +27,7 @@ class FolderRecording : public Recording {
   RecordingInfo info_;
   std::unique_ptr<ScanTable> scans_;  // null without a laser
   SkipLog skipped_;
+  GreyDepth depth_;
   std::size_t next_image_ = 0, next_odometry_ = 0;
 };
 
@@ -67,7 +68,7 @@ std::optional<CameraFrame> FolderRecording::LoadImage(const ImageFile& file) {
     skipped_.Count("image file missing", file.path.string());
     return std::nullopt;
   }
-  std::optional<GrayImage> image = DecodeImageFile(file.path);
+  std::optional<GrayImage> image = DecodeImageFile(file.path, &depth_);
   if (!image.has_value()) {
     skipped_.Count("image not decodable", fmt::format("{}; expected {}", file.path.string(), kImageFormats));
     return std::nullopt;
@@ -84,7 +85,8 @@ std::optional<CameraFrame> FolderRecording::LoadImage(const ImageFile& file) {
 std::optional<Error> CheckImageSize(FolderContents* contents) {
   CameraModel& camera = contents->calibration.camera;
   for (const ImageFile& file : contents->images) {
-    const std::optional<GrayImage> image = DecodeImageFile(file.path);
+    GreyDepth depth;
+    const std::optional<GrayImage> image = DecodeImageFile(file.path, &depth);
     if (!image.has_value()) continue;
     if (camera.width == 0) {
       camera.width = image->width;

@@ -13,33 +13,39 @@
 namespace planar_vslam::io {
 namespace {
 
-// How the bytes of an encoding become grey; 16-bit grey keeps its high byte and has no OpenCV conversion.
+// How the values of an encoding become grey, once they are 8 bits wide.
 struct Encoding {
   const char* name;
-  int bytes_per_pixel;
-  int type;        // OpenCV's
-  int conversion;  // OpenCV's code, or one of the two below
+  int bytes_per_value;
+  int type;        // OpenCV's, of 8 bits
+  int conversion;  // OpenCV's code, or the one below
 };
 constexpr int kCopy = -1;
-constexpr int kHighByte = -2;
 
 // OpenCV names a Bayer pattern by the second row's second and third pixel, ROS by the first row's first two.
 constexpr Encoding kEncodings[] = {
     {"mono8", 1, CV_8UC1, kCopy},
     {"8UC1", 1, CV_8UC1, kCopy},
-    {"bgr8", 3, CV_8UC3, cv::COLOR_BGR2GRAY},
-    {"8UC3", 3, CV_8UC3, cv::COLOR_BGR2GRAY},
-    {"rgb8", 3, CV_8UC3, cv::COLOR_RGB2GRAY},
-    {"bgra8", 4, CV_8UC4, cv::COLOR_BGRA2GRAY},
-    {"rgba8", 4, CV_8UC4, cv::COLOR_RGBA2GRAY},
-    {"mono16", 2, CV_16UC1, kHighByte},
-    {"16UC1", 2, CV_16UC1, kHighByte},
-    {"yuv422", 2, CV_8UC2, cv::COLOR_YUV2GRAY_UYVY},
-    {"yuv422_yuy2", 2, CV_8UC2, cv::COLOR_YUV2GRAY_YUY2},
+    {"bgr8", 1, CV_8UC3, cv::COLOR_BGR2GRAY},
+    {"8UC3", 1, CV_8UC3, cv::COLOR_BGR2GRAY},
+    {"rgb8", 1, CV_8UC3, cv::COLOR_RGB2GRAY},
+    {"bgra8", 1, CV_8UC4, cv::COLOR_BGRA2GRAY},
+    {"8UC4", 1, CV_8UC4, cv::COLOR_BGRA2GRAY},
+    {"rgba8", 1, CV_8UC4, cv::COLOR_RGBA2GRAY},
+    {"mono16", 2, CV_8UC1, kCopy},
+    {"16UC1", 2, CV_8UC1, kCopy},
+    {"bgr16", 2, CV_8UC3, cv::COLOR_BGR2GRAY},
+    {"rgb16", 2, CV_8UC3, cv::COLOR_RGB2GRAY},
+    {"yuv422", 1, CV_8UC2, cv::COLOR_YUV2GRAY_UYVY},
+    {"yuv422_yuy2", 1, CV_8UC2, cv::COLOR_YUV2GRAY_YUY2},
     {"bayer_rggb8", 1, CV_8UC1, cv::COLOR_BayerBG2GRAY},
     {"bayer_bggr8", 1, CV_8UC1, cv::COLOR_BayerRG2GRAY},
     {"bayer_gbrg8", 1, CV_8UC1, cv::COLOR_BayerGR2GRAY},
     {"bayer_grbg8", 1, CV_8UC1, cv::COLOR_BayerGB2GRAY},
+    {"bayer_rggb16", 2, CV_8UC1, cv::COLOR_BayerBG2GRAY},
+    {"bayer_bggr16", 2, CV_8UC1, cv::COLOR_BayerRG2GRAY},
+    {"bayer_gbrg16", 2, CV_8UC1, cv::COLOR_BayerGR2GRAY},
+    {"bayer_grbg16", 2, CV_8UC1, cv::COLOR_BayerGB2GRAY},
 };
 
 GrayImage ToGrayImage(const cv::Mat& gray) {
@@ -52,29 +58,34 @@ GrayImage ToGrayImage(const cv::Mat& gray) {
   return {gray.cols, gray.rows, std::move(pixels)};
 }
 
-cv::Mat HighBytes(const RawImage& raw) {
-  cv::Mat gray(raw.height, raw.width, CV_8UC1);
+// The 16-bit values of a picture, narrowed.
+cv::Mat Narrowed(const RawImage& raw, int type, GreyDepth* depth) {
+  cv::Mat narrow(raw.height, raw.width, type);
   const std::size_t high = raw.big_endian ? 0 : 1;
+  const std::size_t per_row = static_cast<std::size_t>(raw.width) * narrow.elemSize();
+  std::vector<std::uint16_t> values;
+  values.reserve(per_row * static_cast<std::size_t>(raw.height));
   for (int row = 0; row < raw.height; ++row) {
     const std::uint8_t* source = raw.data->data() + static_cast<std::size_t>(row) * raw.row_bytes;
-    std::uint8_t* target = gray.ptr<std::uint8_t>(row);
-    for (int column = 0; column < raw.width; ++column)
-      target[column] = source[2 * static_cast<std::size_t>(column) + high];
+    for (std::size_t i = 0; i < 2 * per_row; i += 2) {
+      values.push_back(static_cast<std::uint16_t>(source[i + high] << 8U | source[i + 1 - high]));
+    }
   }
-  return gray;
+  depth->Narrow(values, narrow.data);
+  return narrow;
 }
 
 }  // namespace
 
-std::optional<GrayImage> DecodeImage(const std::vector<std::uint8_t>& bytes) {
+std::optional<GrayImage> DecodeImage(const std::vector<std::uint8_t>& bytes, GreyDepth* depth) {
   constexpr std::uint8_t kJpeg = 0xff, kPng = 0x89;
   if (bytes.empty()) return std::nullopt;
   if (bytes[0] == kJpeg) return DecodeJpeg(bytes);
-  if (bytes[0] == kPng) return DecodePng(bytes);
-  return DecodePnm(bytes);
+  if (bytes[0] == kPng) return DecodePng(bytes, depth);
+  return DecodePnm(bytes, depth);
 }
 
-std::optional<GrayImage> DecodeImageFile(const std::filesystem::path& path) {
+std::optional<GrayImage> DecodeImageFile(const std::filesystem::path& path, GreyDepth* depth) {
   if (!std::filesystem::is_regular_file(path)) return std::nullopt;
   std::error_code error;
   std::vector<std::uint8_t> bytes(std::filesystem::file_size(path, error));
@@ -82,10 +93,10 @@ std::optional<GrayImage> DecodeImageFile(const std::filesystem::path& path) {
   std::ifstream stream(path, std::ios::binary);
   stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   bytes.resize(static_cast<std::size_t>(stream.gcount()));
-  return DecodeImage(bytes);
+  return DecodeImage(bytes, depth);
 }
 
-Expected<GrayImage> ConvertImage(const RawImage& raw) {
+Expected<GrayImage> ConvertImage(const RawImage& raw, GreyDepth* depth) {
   const Encoding* encoding = nullptr;
   for (const Encoding& known : kEncodings) {
     if (raw.encoding == known.name) encoding = &known;
@@ -93,20 +104,21 @@ Expected<GrayImage> ConvertImage(const RawImage& raw) {
   if (encoding == nullptr) {
     return Error{
         fmt::format("image encoding '{}' is not supported; expected mono8, mono16, bgr8, rgb8, bgra8, rgba8, "
-                    "yuv422 or 8-bit Bayer",
+                    "bgr16, rgb16, yuv422 or Bayer",
                     raw.encoding)};
   }
-  const std::size_t row_needs =
-      static_cast<std::size_t>(raw.width) * static_cast<std::size_t>(encoding->bytes_per_pixel);
+  const std::size_t row_needs = static_cast<std::size_t>(raw.width) *
+                                static_cast<std::size_t>(CV_MAT_CN(encoding->type) * encoding->bytes_per_value);
   const std::size_t height = static_cast<std::size_t>(raw.height);
   if (raw.width <= 0 || raw.height <= 0 || raw.row_bytes < row_needs || raw.data->size() / height < raw.row_bytes) {
     return Error{fmt::format("image of {} bytes with step {} is too short for {}x{} {}", raw.data->size(),
                              raw.row_bytes, raw.width, raw.height, raw.encoding)};
   }
-  if (encoding->conversion == kHighByte) return ToGrayImage(HighBytes(raw));
   // cv::Mat has no view of constant memory; nothing here writes through it.
   auto* bytes = const_cast<std::uint8_t*>(raw.data->data());
-  const cv::Mat rows(raw.height, raw.width, encoding->type, bytes, raw.row_bytes);
+  const cv::Mat rows = encoding->bytes_per_value == 2
+                           ? Narrowed(raw, encoding->type, depth)
+                           : cv::Mat(raw.height, raw.width, encoding->type, bytes, raw.row_bytes);
   if (encoding->conversion == kCopy) return ToGrayImage(rows);
   cv::Mat gray;
   try {

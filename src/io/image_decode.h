@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "planar_vslam/geometry/expected.h"
+#include "planar_vslam/io/grey_depth.h"
 #include "planar_vslam/sensor/measurements.h"
 
 namespace planar_vslam::io {
@@ -14,11 +15,11 @@ namespace planar_vslam::io {
 constexpr char kImageFormats[] = "JPEG, PNG, binary PGM or PPM";  // those that are read
 
 // An image file in memory, in the sensor's own orientation (EXIF turns would not match the intrinsics); nothing when it
-// cannot be decoded.
-std::optional<GrayImage> DecodeImage(const std::vector<std::uint8_t>& bytes);
+// cannot be decoded. `depth` is that of its stream.
+std::optional<GrayImage> DecodeImage(const std::vector<std::uint8_t>& bytes, GreyDepth* depth);
 
 // The same of a file.
-std::optional<GrayImage> DecodeImageFile(const std::filesystem::path& path);
+std::optional<GrayImage> DecodeImageFile(const std::filesystem::path& path, GreyDepth* depth);
 
 // Rows of a sensor_msgs/Image.
 struct RawImage {
@@ -30,7 +31,7 @@ struct RawImage {
   const std::vector<std::uint8_t>* data = nullptr;
 };
 
-// An error names the encoding or the missing bytes.
-Expected<GrayImage> ConvertImage(const RawImage& raw);
+// An error names the encoding or the missing bytes. `depth` is that of its stream.
+Expected<GrayImage> ConvertImage(const RawImage& raw, GreyDepth* depth);
 
 }  // namespace planar_vslam::io

@@ -4,12 +4,14 @@
 #include <optional>
 #include <vector>
 
+#include "planar_vslam/io/grey_depth.h"
 #include "planar_vslam/sensor/measurements.h"
 
 namespace planar_vslam::io {
 
-// Of 16 bits the high byte, of colours 0.299 r + 0.587 g + 0.114 b; transparency is not applied. Nothing where the
-// bytes are no PNG, are damaged or too few, or hold more than kMaxDecodedPixels.
-std::optional<GrayImage> DecodePng(const std::vector<std::uint8_t>& bytes);
+// Grey of 16 bits by the depth of its stream, of other 16 bits the high byte, of colours 0.299 r + 0.587 g + 0.114 b;
+// transparency is not applied. Nothing where the bytes are no PNG, are damaged or too few, or hold more than
+// kMaxDecodedPixels.
+std::optional<GrayImage> DecodePng(const std::vector<std::uint8_t>& bytes, GreyDepth* depth);
 
 }  // namespace planar_vslam::io

@@ -50,7 +50,7 @@ std::uint8_t Grey(std::uint32_t red, std::uint32_t green, std::uint32_t blue) {
 
 }  // namespace
 
-std::optional<GrayImage> DecodePnm(const std::vector<std::uint8_t>& bytes) {
+std::optional<GrayImage> DecodePnm(const std::vector<std::uint8_t>& bytes, GreyDepth* depth) {
   const std::optional<PnmHeader> header = ReadHeader(bytes);
   if (!header.has_value()) return std::nullopt;
   const std::size_t value = header->bytes_per_value, pixel = header->channels * value;
@@ -58,6 +58,10 @@ std::optional<GrayImage> DecodePnm(const std::vector<std::uint8_t>& bytes) {
   if (bytes.size() < header->size || bytes.size() - header->size < count * pixel) return std::nullopt;
   auto pixels = std::make_shared<std::vector<std::uint8_t>>(count);
   const std::uint8_t* source = bytes.data() + header->size;  // high bytes come first
+  if (header->channels == 1 && value == 2) {
+    depth->NarrowBigEndian(source, count, pixels->data());
+    return GrayImage{static_cast<int>(header->width), static_cast<int>(header->height), std::move(pixels)};
+  }
   for (std::uint8_t& grey : *pixels) {
     grey = header->channels == 1 ? source[0] : Grey(source[0], source[value], source[2 * value]);
     source += pixel;

@@ -6,11 +6,11 @@
 namespace planar_vslam::io {
 namespace {
 
-// A rotation further from unit length than this is not one (robots publish single-precision quaternions).
-constexpr double kQuaternionLengthTolerance = 1e-2;
+bool IsTransform(const Rigid3& T) { return T.translation.allFinite() && IsRotation(T.rotation); }
 
-bool IsTransform(const Rigid3& T) {
-  return T.translation.allFinite() && std::abs(T.rotation.norm() - 1.0) < kQuaternionLengthTolerance;
+bool AreSame(const Rigid3& a, const Rigid3& b) {
+  constexpr double kSame = 1e-9;  // m and rad
+  return (a.translation - b.translation).norm() < kSame && a.rotation.angularDistance(b.rotation) < kSame;
 }
 
 }  // namespace
@@ -21,20 +21,45 @@ TfPush TfTree::Add(const std::string& parent, const std::string& child, Timestam
   if (edge == edges_.end()) {
     if (only_kept_edges_) return TfPush::kAccepted;
     if (!IsTransform(T_parent_child)) return TfPush::kNotFinite;
-    edge = edges_.emplace(child, Edge{parent, {}}).first;
+    edge = edges_.emplace(child, Edge{parent, {}, {}}).first;
     frames_.insert(parent);
     frames_.insert(child);
   }
   if (edge->second.parent != parent) return TfPush::kSecondParent;
   if (!IsTransform(T_parent_child)) return TfPush::kNotFinite;
   const Rigid3 T(T_parent_child.rotation.normalized(), T_parent_child.translation);
-  TransformBuffer& buffer = edge->second.T_parent_child;
   if (is_static) {
-    buffer.SetStatic(T);
-    return TfPush::kAccepted;
+    edge->second.T_parent_child.SetStatic(T);
+  } else if (!edge->second.T_parent_child.is_static()) {
+    edge->second.samples.push_back({stamp, T});
   }
-  if (buffer.is_static()) return TfPush::kAccepted;
-  return buffer.Push(stamp, T) == PushResult::kAccepted ? TfPush::kAccepted : TfPush::kNotIncreasing;
+  return TfPush::kAccepted;
+}
+
+void TfTree::Sort() {
+  for (auto& [child, edge] : edges_) {
+    if (edge.T_parent_child.is_static()) continue;
+    std::stable_sort(edge.samples.begin(), edge.samples.end(),
+                     [](const Sample& a, const Sample& b) { return a.stamp < b.stamp; });
+    for (const Sample& sample : edge.samples) edge.T_parent_child.Push(sample.stamp, sample.T_parent_child);
+  }
+}
+
+std::vector<std::string> TfTree::HoldMounts(const TfChain& chain) {
+  std::vector<std::string> once;
+  for (const auto* part : {&chain.up, &chain.down}) {
+    for (const std::string& child : *part) {
+      Edge& edge = edges_.at(child);
+      if (edge.T_parent_child.is_static()) continue;
+      const Rigid3& first = edge.samples.front().T_parent_child;
+      const bool still = std::all_of(edge.samples.begin(), edge.samples.end(),
+                                     [&first](const Sample& sample) { return AreSame(sample.T_parent_child, first); });
+      if (!still) continue;
+      if (edge.samples.size() == 1) once.push_back(child);
+      edge.T_parent_child.SetStatic(Rigid3(first));
+    }
+  }
+  return once;
 }
 
 void TfTree::KeepOnly(const std::vector<TfChain>& chains) {
@@ -92,14 +117,19 @@ std::optional<Rigid3> TfTree::At(const TfChain& chain, Timestamp stamp) const {
   return T_from_to;
 }
 
-std::optional<std::pair<std::string, std::string>> TfTree::FirstMovingEdge(const TfChain& chain) const {
+std::vector<Timestamp> TfTree::StampsOfMotion(const TfChain& chain) const {
   for (const auto* part : {&chain.up, &chain.down}) {
     for (const std::string& child : *part) {
       const Edge& edge = edges_.at(child);
-      if (!edge.T_parent_child.is_static()) return std::make_pair(edge.parent, child);
+      if (edge.T_parent_child.is_static()) continue;
+      std::vector<Timestamp> stamps;
+      for (const Sample& sample : edge.samples) {
+        if (stamps.empty() || stamps.back() < sample.stamp) stamps.push_back(sample.stamp);
+      }
+      return stamps;
     }
   }
-  return std::nullopt;
+  return {};
 }
 
 std::string FrameName(const std::string& frame_id) {

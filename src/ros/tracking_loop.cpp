@@ -39,7 +39,8 @@ void TrackingLoop::Restart() {
   odometry_.clear();
   scans_.clear();
   newest_ = {};
-  covariance_ = {};
+  odometry_messages_ = io::OdometryMessages();
+  odometry_survey_ = {};
   if (estimator_ != nullptr) estimator_->Restart();
   waiting_for_.clear();
   events_.on_restart();
@@ -87,17 +88,16 @@ template <class Message>
 void TrackingLoop::AddImage(const Message& image) {
   if (!AcceptStamp(Stream::kImage, image->header.stamp)) return;
   images_.push_back({ToTimestamp(image->header.stamp), io::FrameName(image->header.frame_id),
-                     [image] { return io::ToGrayImage(*image); }});
+                     [image, depth = &depth_] { return io::ToGrayImage(*image, depth); }});
 }
 
 void TrackingLoop::On(const sensor_msgs::ImageConstPtr& image) { AddImage(image); }
 void TrackingLoop::On(const sensor_msgs::CompressedImageConstPtr& image) { AddImage(image); }
 
 void TrackingLoop::On(const sensor_msgs::CameraInfoConstPtr& info) {
-  // Drivers send zeros until they have read their calibration.
-  if (camera_.has_value() || (info->K[0] == 0.0 && info->K[4] == 0.0)) return;
-  const Expected<CameraModel> camera =
-      io::ToCameraModel(*info, "camera_info of " + image_topic_, io::IsRectifiedImage(image_topic_));
+  const bool rectified = io::IsRectifiedImage(image_topic_, settings_.pipeline.topics.rectified);
+  if (camera_.has_value() || !io::IsFilledIn(*info, rectified)) return;
+  const Expected<CameraModel> camera = io::ToCameraModel(*info, "camera_info of " + image_topic_, rectified);
   if (camera.ok()) {
     camera_ = *camera;
   } else {
@@ -159,22 +159,28 @@ void TrackingLoop::UseInOrder(std::deque<Waiting>* waiting, const char* what) {
 
 bool TrackingLoop::Use(const WaitingOdometry& odometry) {
   if (!ImageWaits()) return false;
-  std::optional<Rigid3> T_odom_base;
-  OdometryMessageCovariance covariance;
   if (odometry.message == nullptr) {
-    T_odom_base = LookUp(odom_frame_, base_frame_, odometry.stamp);
-  } else {
-    const std::string child = io::FrameName(odometry.message->child_frame_id);
-    const auto T_child_base = LookUp(child.empty() ? base_frame_ : child, base_frame_, odometry.stamp);
-    if (T_child_base.has_value()) {
-      T_odom_base = ToRigid3(odometry.message->pose.pose) * *T_child_base;
-      covariance = io::ToOdometryCovariance(*odometry.message, *T_child_base);
-    }
+    const std::optional<Rigid3> T_odom_base = LookUp(odom_frame_, base_frame_, odometry.stamp);
+    if (!T_odom_base.has_value()) return false;
+    Report(estimator_->Add(OdometryReading{odometry.stamp, ProjectToPlane(*T_odom_base)}));
+    return true;
   }
-  if (!T_odom_base.has_value()) return false;
-  OdometryReading read{odometry.stamp, ProjectToPlane(*T_odom_base)};
-  read.covariance_rate = covariance_.Rate(read.stamp, read.T_odom_base, covariance);
-  Report(estimator_->Add(read));
+  const std::string child = io::FrameName(odometry.message->child_frame_id);
+  const auto T_child_base = LookUp(child.empty() ? base_frame_ : child, base_frame_, odometry.stamp);
+  if (!T_child_base.has_value()) return false;
+  odometry_survey_.Add(*odometry.message);
+  if (odometry_survey_.pose_stands()) {
+    ROS_WARN_THROTTLE(10.0, "odometry: the pose never changes although the twist drives; expected poses");
+    ++unused_["odometry whose pose stands while its twist drives"];
+  }
+  const Expected<OdometryReading> reading = odometry_messages_.Read(*odometry.message, *T_child_base);
+  if (!reading.ok()) {
+    ROS_WARN_THROTTLE(10.0, "%s", reading.error().message.c_str());
+    ++unused_[reading.error().message];
+    return true;
+  }
+  if (odometry_messages_.placeholder_covariance()) ++unused_["odometry covariance that is a placeholder"];
+  Report(estimator_->Add(*reading));
   return true;
 }
 
@@ -182,7 +188,13 @@ bool TrackingLoop::Use(const WaitingScan& scan) {
   if (!ImageWaits()) return false;
   const auto T_base_laser = LookUp(base_frame_, io::FrameName(scan.message->header.frame_id), scan.stamp);
   if (!T_base_laser.has_value()) return false;
-  Report(estimator_->Add(LaserFrame{io::ToPlanarScan(*scan.message), *T_base_laser}));
+  Expected<PlanarScan> checked = io::ToPlanarScan(*scan.message);
+  if (!checked.ok()) {
+    ROS_WARN_THROTTLE(10.0, "%s", checked.error().message.c_str());
+    ++unused_[checked.error().message];
+    return true;
+  }
+  Report(estimator_->Add(LaserFrame{std::move(*checked), *T_base_laser}));
   return true;
 }
 

@@ -14,8 +14,8 @@
 
 #include "input_queue.h"
 #include "parameters.h"
+#include "planar_vslam/io/odometry_messages.h"
 #include "planar_vslam/pipeline/estimator.h"
-#include "planar_vslam/planar/message_covariance.h"
 
 namespace planar_vslam::ros_face {
 
@@ -96,7 +96,9 @@ class TrackingLoop {
   std::deque<WaitingOdometry> odometry_;
   std::deque<WaitingScan> scans_;
   std::array<std::optional<Timestamp>, 3> newest_;  // by stream
-  MessageCovarianceReader covariance_;
+  io::OdometryMessages odometry_messages_;
+  io::OdometrySurvey odometry_survey_;
+  io::GreyDepth depth_;  // of the images
   std::unique_ptr<Estimator> estimator_;
   bool refused_ = false;  // the map to start from does not fit
   std::string waiting_for_;

@@ -32,17 +32,12 @@ TEST_F(BagErrors, CameraInfoErrorsNameTheTopic) {
   sensor_msgs::CameraInfo info = Info();
   info.K.fill(0.0);
   ExpectInError(error(info), {"/camera/camera_info", "zero"});
-  for (const char* model : {"rational_polynomial", "equidistant", ""}) {
-    info = Info();
-    info.distortion_model = model;
-    ExpectInError(error(info), {"/camera/camera_info", model, "plumb_bob"});
-  }
   info = Info();
   info.D.resize(3);
-  ExpectInError(error(info), {"/camera/camera_info", "D has 3"});
+  ExpectInError(error(info), {"/camera/camera_info", "3 numbers in D"});
   info = Info();
   info.binning_x = 2;
-  ExpectInError(error(info), {"/camera/camera_info", "binning"});
+  ExpectInError(error(info), {"/camera/camera_info", "32x24", "expected 16x24"});
   info = Info();
   info.D.clear();
   info.distortion_model = "";
@@ -71,15 +66,15 @@ TEST_F(BagErrors, AmbiguousAndWrongTopicsAreNamed) {
     writer.Put("/other/image_raw", RawImage(RampImage(), "mono8"), 0.2);
     writer.Put("/other/camera_info", Info(), 0.2);
   });
-  ExpectInError(OpenError(path), {"several", "/camera/image_raw", "/other/image_raw", "image_topic"});
+  ExpectInError(OpenError(path), {"several", "/camera/image_raw", "/other/image_raw", "--set topics.image=TOPIC"});
   RecordingOptions options;
   options.bag.image_topic = "/camera/image_raw";
   EXPECT_EQ(OpenError(path, options), "");
   options.bag.image_topic = "/camera/nothing";
-  ExpectInError(OpenError(path, options), {"/camera/nothing", "image_topic", "/other/image_raw"});
+  ExpectInError(OpenError(path, options), {"/camera/nothing", "topics.image", "/other/image_raw"});
   options.bag.image_topic = "/camera/image_raw";
   options.bag.odometry_topic = "/odom";
-  ExpectInError(OpenError(path, options), {"/odom", "odometry_topic", "nav_msgs/Odometry"});
+  ExpectInError(OpenError(path, options), {"/odom", "topics.odometry", "nav_msgs/Odometry"});
 }
 
 TEST_F(BagErrors, MissingFramesAreNamedWithTheKnownOnes) {

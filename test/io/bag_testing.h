@@ -82,14 +82,19 @@ class BagWriter {
   }
   void PutOdometry(double t, double x, const std::string& child = "base_footprint", double delay = 0.004,
                    nav_msgs::Odometry odometry = {}) {
+    odometry.pose.pose.orientation.w = 1.0;
+    PutOdometryAsIs(t, x, odometry, child, delay);
+  }
+  // With the orientation that `odometry` has.
+  void PutOdometryAsIs(double t, double x, nav_msgs::Odometry odometry, const std::string& child = "base_footprint",
+                       double delay = 0.004) {
     odometry.header.stamp = At(t);
     odometry.header.frame_id = "odom";
     odometry.child_frame_id = child;
     odometry.pose.pose.position.x = x;
-    odometry.pose.pose.orientation.w = 1.0;
     Put("/odom", odometry, t + delay);
   }
-  void PutScan(double t) {
+  void PutScan(double t, double delay = 0.01) {
     sensor_msgs::LaserScan scan;
     scan.header.stamp = At(t);
     scan.header.frame_id = "laser_frame";
@@ -97,13 +102,13 @@ class BagWriter {
     scan.angle_increment = 0.5F;
     scan.range_max = 8.0F;
     scan.ranges = {1.0F, 2.0F, 3.0F};
-    Put("/scan", scan, t + 0.01);
+    Put("/scan", scan, t + delay);
   }
   void PutStatic(const std::string& parent, const std::string& child, const Rigid3& T) {
     Put("/tf_static", Tf(parent, child, 0.0, T), 0.0);
   }
-  void PutTf(const std::string& parent, const std::string& child, double t, const Rigid3& T) {
-    Put("/tf", Tf(parent, child, t, T), t + 0.004);
+  void PutTf(const std::string& parent, const std::string& child, double t, const Rigid3& T, double delay = 0.004) {
+    Put("/tf", Tf(parent, child, t, T), t + delay);
   }
 
  private:

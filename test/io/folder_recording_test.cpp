@@ -173,6 +173,48 @@ TEST_F(DatasetFolder, ImagesMustFitTheCalibration) {
   ExpectInError(OpenError(path()), {"images.csv", "no images"});
 }
 
+TEST_F(DatasetFolder, TextsOfOtherProgramsAreRead) {
+  const Replay plain = Play(path());
+  for (const char* name : {"images.csv", "odometry.csv", "scan.csv"}) {
+    std::ifstream file(path() / name);
+    std::string text{std::istreambuf_iterator<char>(file), {}};
+    for (std::size_t end = 0; (end = text.find('\n', end)) != std::string::npos; end += 2) text.replace(end, 1, "\r\n");
+    WriteText(path() / name, "\xEF\xBB\xBF" + text);
+  }
+  const Replay foreign = Play(path());
+  EXPECT_EQ(foreign.error, "");
+  EXPECT_EQ(foreign.order, plain.order);
+  EXPECT_EQ(foreign.stamps, plain.stamps);
+  WriteText(path() / "images.csv", "\xFF\xFE#");
+  ExpectInError(OpenError(path()), {"images.csv", "UTF-16", "UTF-8"});
+}
+
+TEST_F(DatasetFolder, StampsMayBeNanoseconds) {
+  WriteText(path() / "images.csv", "1403636579763555584,images/0.png\n1403636579813555456,images/1.png\n");
+  WriteText(path() / "odometry.csv", "1403636579760000000,0,0,0\n1403636579900000000,0,0,0\n");
+  WriteText(path() / "scan.csv", "1403636579770000000,1,2,3\n");
+  const Replay replay = Play(path());
+  EXPECT_EQ(replay.error, "");
+  EXPECT_EQ(replay.order, "oilio");
+  EXPECT_EQ(replay.images[0].image.stamp.nanoseconds, 1403636579763555584);
+}
+
+TEST_F(DatasetFolder, LensesAreThoseOfCameraInfo) {
+  const std::string pinhole = "width: 32, height: 24, fx: 30, fy: 31, cx: 16, cy: 12, ";
+  const auto camera = [&](const std::string& lens) {
+    WriteText(path() / "calibration.yaml", "camera: {" + pinhole + lens + "}\n" + kExtrinsics);
+    const Replay replay = Play(path());
+    EXPECT_EQ(replay.error, "");
+    return replay.info.camera;
+  };
+  const CameraModel rational = camera("k1: 0.1, k4: 0.2, k6: 0.01, model: rational_polynomial");
+  EXPECT_EQ(rational.k1, 0.1);
+  EXPECT_EQ(rational.k6, 0.01);
+  const CameraModel fisheye = camera("k1: 0.1, k4: 0.02, model: equidistant");
+  EXPECT_EQ(fisheye.lens, Lens::kEquidistant);
+  EXPECT_EQ(fisheye.k4, 0.02);
+}
+
 TEST_F(DatasetFolder, CalibrationErrorsNameTheKey) {
   const std::string camera = kCamera;
   const auto error = [&](const std::string& text) {
@@ -187,8 +229,8 @@ TEST_F(DatasetFolder, CalibrationErrorsNameTheKey) {
   ExpectInError(error("camera: {width: 32, height: 24, fx: abc, fy: 31, cx: 16, cy: 12}\n"), {"camera.fx"});
   ExpectInError(error("camera: {width: 32.5, height: 24, fx: 30, fy: 31, cx: 16, cy: 12}\n"), {"camera.width"});
   ExpectInError(error("camera: {width: 32, height: 24, fx: 0, fy: 31, cx: 16, cy: 12}\n"), {"camera"});
-  ExpectInError(error("camera: {width: 32, height: 24, fx: 30, fy: 31, cx: 16, cy: 12, model: fisheye}\n"),
-                {"fisheye", "plumb_bob"});
+  ExpectInError(error("camera: {width: 32, height: 24, fx: 30, fy: 31, cx: 16, cy: 12, model: omni}\n"),
+                {"camera.model", "omni", "plumb_bob"});
   ExpectInError(error("camera: [1, 2\n"), {"calibration.yaml:"});
   ExpectInError(error("just text\n"), {"calibration.yaml", "map"});
   ExpectInError(error(camera + "T_base_camera: {t: [0, 0], q_xyzw: [0, 0, 0, 1]}\n"), {"T_base_camera.t", "3 numbers"});

@@ -35,6 +35,12 @@ Bytes Encode(const std::string& ending, const cv::Mat& image, const std::vector<
   return bytes;
 }
 
+// An image alone in its stream.
+std::optional<GrayImage> Decoded(const Bytes& bytes) {
+  GreyDepth depth;
+  return DecodeImage(bytes, &depth);
+}
+
 GrayImage Gray(const cv::Mat& image) {
   return {image.cols, image.rows, std::make_shared<Bytes>(image.begin<std::uint8_t>(), image.end<std::uint8_t>())};
 }
@@ -42,7 +48,7 @@ GrayImage Gray(const cv::Mat& image) {
 void ExpectAsOpenCv(const Bytes& bytes, const std::string& what) {
   const cv::Mat expected = cv::imdecode(bytes, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
   ASSERT_FALSE(expected.empty()) << what;
-  const std::optional<GrayImage> image = DecodeImage(bytes);
+  const std::optional<GrayImage> image = Decoded(bytes);
   ASSERT_TRUE(image.has_value()) << what;
   EXPECT_EQ(image->width, expected.cols) << what;
   EXPECT_EQ(image->height, expected.rows) << what;
@@ -154,10 +160,10 @@ TEST(ImageDecode, WhatEndsEarlyIsNoImage) {
   testing::internal::CaptureStderr();
   for (std::size_t f = 0; f < files.size(); ++f) {
     const Bytes& whole = files[f];
-    ASSERT_TRUE(DecodeImage(whole).has_value()) << f;
+    ASSERT_TRUE(Decoded(whole).has_value()) << f;
     for (std::size_t cut : {std::size_t{1}, std::size_t{2}, std::size_t{3}, std::size_t{12}, std::size_t{30},
                             whole.size() / 2, whole.size() - 30}) {
-      EXPECT_FALSE(DecodeImage(Bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(cut))).has_value())
+      EXPECT_FALSE(Decoded(Bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(cut))).has_value())
           << f << " cut to " << cut;
     }
   }
@@ -166,9 +172,9 @@ TEST(ImageDecode, WhatEndsEarlyIsNoImage) {
 
 TEST(ImageDecode, JpegWithoutItsEndMarkerIsWhole) {
   Bytes bytes = Encode(".jpg", RandomImage(CV_8UC1, 1));
-  const std::optional<GrayImage> whole = DecodeImage(bytes);
+  const std::optional<GrayImage> whole = Decoded(bytes);
   bytes.resize(bytes.size() - 2);
-  const std::optional<GrayImage> image = DecodeImage(bytes);
+  const std::optional<GrayImage> image = Decoded(bytes);
   ASSERT_TRUE(whole.has_value() && image.has_value());
   EXPECT_TRUE(*image->pixels == *whole->pixels);
 }
@@ -190,7 +196,7 @@ TEST(ImageDecode, DamagedBytesDoNoHarm) {
         // Sides stay below 2^14, so that the test allocates little.
         bytes[position] = static_cast<std::uint8_t>(bytes[position] ^ (1U << (generator() % 6)));
       }
-      const std::optional<GrayImage> image = DecodeImage(bytes);
+      const std::optional<GrayImage> image = Decoded(bytes);
       if (!image.has_value()) continue;
       EXPECT_EQ(image->pixels->size(),
                 static_cast<std::size_t>(image->width) * static_cast<std::size_t>(image->height));
@@ -204,7 +210,7 @@ TEST(ImageDecode, HugeImagesAreNotDecoded) {
   const Bytes frame{0xff, 0xc0};
   const auto sides = std::search(jpeg.begin(), jpeg.end(), frame.begin(), frame.end()) + 5;
   std::fill(sides, sides + 4, std::uint8_t{0xfe});  // 65278 x 65278
-  EXPECT_FALSE(DecodeImage(jpeg).has_value());
+  EXPECT_FALSE(Decoded(jpeg).has_value());
 
   Bytes png;
   png_structp writer = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
@@ -214,19 +220,19 @@ TEST(ImageDecode, HugeImagesAreNotDecoded) {
   png_write_info(writer, info);
   png_write_chunk(writer, reinterpret_cast<png_const_bytep>("IDAT"), nullptr, 0);
   png_destroy_write_struct(&writer, &info);
-  EXPECT_FALSE(DecodeImage(png).has_value());
+  EXPECT_FALSE(Decoded(png).has_value());
 
   for (const std::string sides_text : {"100000 100000", "18446744073709551617 1", "0 5", "-1 5", "5"})
-    EXPECT_FALSE(DecodeImage(BytesOf("P5 " + sides_text + " 255\nabcde")).has_value()) << sides_text;
+    EXPECT_FALSE(Decoded(BytesOf("P5 " + sides_text + " 255\nabcde")).has_value()) << sides_text;
   for (const std::string greatest : {"0", "65536", "x", ""})
-    EXPECT_FALSE(DecodeImage(BytesOf("P5 1 1 " + greatest + "\nabcde")).has_value()) << greatest;
+    EXPECT_FALSE(Decoded(BytesOf("P5 1 1 " + greatest + "\nabcde")).has_value()) << greatest;
 }
 
 TEST(ImageDecode, OtherFormatsAreNotRead) {
-  EXPECT_FALSE(DecodeImage({}).has_value());
-  EXPECT_FALSE(DecodeImage(BytesOf("not a picture")).has_value());
-  EXPECT_FALSE(DecodeImage(BytesOf("P2 1 1 255 7 ")).has_value());
-  EXPECT_FALSE(DecodeImage(Encode(".bmp", RandomImage(CV_8UC1, 1))).has_value());
+  EXPECT_FALSE(Decoded({}).has_value());
+  EXPECT_FALSE(Decoded(BytesOf("not a picture")).has_value());
+  EXPECT_FALSE(Decoded(BytesOf("P2 1 1 255 7 ")).has_value());
+  EXPECT_FALSE(Decoded(Encode(".bmp", RandomImage(CV_8UC1, 1))).has_value());
 }
 
 TEST(JpegEncode, BytesAreThoseOfOpenCv) {
@@ -251,6 +257,28 @@ TEST(JpegEncode, NoiseFits) {
 TEST(JpegEncode, ImpossibleSizesAreRefused) {
   EXPECT_FALSE(EncodeJpeg(GrayImage{}, 95).has_value());
   EXPECT_FALSE(EncodeJpeg(GrayImage{70000, 1, std::make_shared<Bytes>(70000)}, 95).has_value());
+}
+
+TEST(ImageDecode, FilesOfFewBitsFillTheRangeAndKeepIt) {
+  for (const char* ending : {".png", ".pgm"}) {
+    GreyDepth depth;
+    for (const auto& [peak, expected] : {std::pair(1000, 250), {500, 125}, {4000, 250}, {1000, 62}}) {
+      cv::Mat image(20, 30, CV_16UC1, cv::Scalar(peak));
+      image.at<std::uint16_t>(3, 4) = 1;
+      const std::optional<GrayImage> grey = DecodeImage(Encode(ending, image), &depth);
+      ASSERT_TRUE(grey.has_value());
+      EXPECT_EQ((*grey->pixels)[0], expected) << ending << " " << peak;
+    }
+  }
+}
+
+TEST(ImageDecode, AHotPixelIsNoRange) {
+  cv::Mat image(100, 100, CV_16UC1, cv::Scalar(1000));
+  image.at<std::uint16_t>(50, 50) = 65535;
+  const std::optional<GrayImage> grey = Decoded(Encode(".png", image));
+  ASSERT_TRUE(grey.has_value());
+  EXPECT_EQ((*grey->pixels)[0], 250);
+  EXPECT_EQ((*grey->pixels)[50 * 100 + 50], 255);
 }
 
 }  // namespace

@@ -330,5 +330,23 @@ TEST_F(TrackingLoopInput, AScanWithoutTransformHoldsUpNoImage) {
   EXPECT_GT(robot.Unused("scan waited"), 0);
 }
 
+TEST_F(TrackingLoopInput, MessagesThatMakeNoSenseAreCountedByWhatIsWrong) {
+  Robot robot;
+  robot.Begin();
+  robot.Drive(0, 2);
+  nav_msgs::Odometry odometry = *std::get<nav_msgs::OdometryConstPtr>(OdometryAt(2));
+  odometry.pose.pose.orientation.w = 0.3;
+  robot.Handle(boost::make_shared<const nav_msgs::Odometry>(odometry));
+  sensor_msgs::LaserScan scan;
+  scan.header.stamp = StampOf(2);
+  scan.header.frame_id = BaseFrame();
+  scan.angle_min = -90.0F;
+  scan.ranges = {1.0F, 2.0F};
+  robot.Handle(boost::make_shared<const sensor_msgs::LaserScan>(scan));
+  robot.Drive(3, 5);
+  EXPECT_EQ(robot.Unused("odometry orientation is no unit quaternion"), 1);
+  EXPECT_EQ(robot.Unused("scan angle"), 1);
+}
+
 }  // namespace
 }  // namespace planar_vslam::ros_face

@@ -6,9 +6,11 @@
 #include <optional>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "planar_vslam/geometry/expected.h"
 #include "planar_vslam/sensor/camera_model.h"
+#include "planar_vslam/sensor/lens.h"
 #include "planar_vslam/sensor/measurements.h"
 
 namespace planar_vslam {
@@ -22,6 +24,8 @@ struct RecordingInfo {
   bool has_base_transform = false;  // whether base -> camera is known; otherwise base is the camera's optical frame
   Timestamp first_image, last_image;
   long image_count = 0;
+  // One line each: what was found odd and is read in a way that the user should know.
+  std::vector<std::string> notes;
 };
 
 // Names of topics and frames in a bag; an empty topic means: the only one of its type, an error when there are several
@@ -31,6 +35,7 @@ struct BagOptions {
   std::string image_topic, camera_info_topic, odometry_topic, scan_topic;
   std::string base_frame = "base_footprint";
   std::string odom_frame = "odom";
+  RectifiedImages rectified = RectifiedImages::kAuto;
 };
 
 struct RecordingOptions {

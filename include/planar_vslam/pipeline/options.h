@@ -18,6 +18,7 @@
 #include "planar_vslam/pipeline/map_scale.h"
 #include "planar_vslam/planar/odometry_noise.h"
 #include "planar_vslam/planar/planar_prior.h"
+#include "planar_vslam/sensor/lens.h"
 
 namespace planar_vslam {
 
@@ -45,6 +46,7 @@ struct TopicOptions {
   std::string image, camera_info, odometry, scan;  // empty: the only one of its type
   std::string base_frame = "base_footprint";
   std::string odom_frame = "odom";
+  RectifiedImages rectified = RectifiedImages::kAuto;
 
   template <class Self, class Visitor>
   static void Visit(Self& o, Visitor& v) {
@@ -54,6 +56,9 @@ struct TopicOptions {
     v("scan", o.scan, "sensor_msgs/LaserScan");
     v("base_frame", o.base_frame, "frame of the robot on the floor; empty: a handheld camera");
     v("odom_frame", o.odom_frame, "frame odometry is given in");
+    v("rectified", o.rectified,
+      {{"auto", RectifiedImages::kAuto}, {"yes", RectifiedImages::kYes}, {"no", RectifiedImages::kNo}},
+      "images without distortion, P of the camera_info counts: auto (topics named ..._rect...), yes or no");
   }
 };
 

@@ -1,0 +1,100 @@
+#include "bag_index.h"
+
+#include <fmt/format.h>
+#include <nav_msgs/Odometry.h>
+
+#include <algorithm>
+
+#include "bag_messages.h"
+
+namespace planar_vslam::io {
+namespace {
+
+struct Stream {
+  const char* name;
+  const std::string& topic;
+  StreamIndex* index;
+  std::optional<Timestamp> newest{};
+  double furthest_back = 0.0;  // s that a stamp was before one recorded earlier
+};
+
+void Follow(Timestamp stamp, Stream* stream) {
+  if (stream->newest.has_value()) {
+    stream->furthest_back = std::max(stream->furthest_back, SecondsBetween(stamp, *stream->newest));
+  }
+  stream->newest = stream->newest.has_value() ? std::max(*stream->newest, stamp) : stamp;
+}
+
+// Bags of robots hold topics that are damaged in single messages.
+std::optional<Timestamp> StampOf(const rosbag::MessageInstance& message, OdometrySurvey* odometry) {
+  try {
+    if (odometry == nullptr) return ToTimestamp(ReadHeader(message).stamp);
+    const auto content = Instantiate<nav_msgs::Odometry>(message);
+    odometry->Add(*content);
+    return ToTimestamp(content->header.stamp);
+  } catch (const ros::serialization::StreamOverrunException&) {
+    return std::nullopt;
+  }
+}
+
+}  // namespace
+
+void StreamIndex::Add(Timestamp stamp, const rosbag::MessageInstance& message) {
+  entries_.push_back({stamp, messages_.size()});
+  messages_.push_back(message);
+}
+
+long StreamIndex::Sort() {
+  std::stable_sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) { return a.stamp < b.stamp; });
+  const auto end =
+      std::unique(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) { return a.stamp == b.stamp; });
+  const long repeated = entries_.end() - end;
+  entries_.erase(end, entries_.end());
+  return repeated;
+}
+
+BagIndex ReadIndex(const rosbag::Bag& bag, const BagTopics& topics, SkipLog* skipped) {
+  BagIndex index;
+  Stream streams[] = {{"image", topics.image, &index.images},
+                      {"odometry", topics.odometry, &index.odometry},
+                      {"scan", topics.scan, &index.scans}};
+  std::vector<std::string> names;
+  for (const Stream& stream : streams) {
+    if (!stream.topic.empty()) names.push_back(stream.topic);
+  }
+  rosbag::View view(bag, rosbag::TopicQuery(names));
+  for (const rosbag::MessageInstance& message : view) {
+    const std::string& topic = message.getTopic();
+    Stream& stream = *std::find_if(std::begin(streams), std::end(streams),
+                                   [&topic](const Stream& candidate) { return candidate.topic == topic; });
+    const bool is_odometry = stream.index == &index.odometry;
+    const std::optional<Timestamp> stamp = StampOf(message, is_odometry ? &index.odometry_survey : nullptr);
+    const auto recorded = [&] {
+      return fmt::format("{} recorded at {}.{:09d}", topic, message.getTime().sec, message.getTime().nsec);
+    };
+    if (!stamp.has_value()) {
+      skipped->Count("message cut short", recorded());
+    } else if (stamp->nanoseconds == 0) {
+      skipped->Count(fmt::format("{} stamp zero", stream.name), recorded());
+    } else {
+      stream.index->Add(*stamp, message);
+      Follow(*stamp, &stream);
+    }
+  }
+  constexpr double kSet = 1.0;  // s; messages overtake each other by less
+  for (const Stream& stream : streams) {
+    if (stream.furthest_back < kSet) continue;
+    index.notes.push_back(
+        fmt::format("{}: stamps go back by {:.1f} s: the clock was set while recording, or the bag was "
+                    "put together out of order",
+                    stream.topic, stream.furthest_back));
+  }
+  for (const Stream& stream : streams) {
+    for (long left = stream.index->Sort(); left > 0; --left) {
+      skipped->Count(fmt::format("{} with the stamp of another", stream.name), stream.topic);
+    }
+  }
+  return index;
+}
+
+}  // namespace planar_vslam::io
