@@ -124,6 +124,12 @@ TEST_F(RunErrorsTest, NamesAnOutputFolderThatCannotBeCreated) {
   ExpectBadInput("run " + input_ + " --out " + blocked, {blocked});
 }
 
+TEST_F(RunErrorsTest, AMapsNameNeedsNoFolder) {
+  const Outcome outcome = RunCommand(Run("--save-map lab.pvm"));
+  EXPECT_EQ(outcome.exit_code, 1) << "two grey images make no map";
+  EXPECT_NE(outcome.errors.find("lab.pvm: not saved"), std::string::npos) << outcome.errors;
+}
+
 TEST_F(RunErrorsTest, NamesBadArguments) {
   ExpectBadInput("run " + input_, {"--out"});
   ExpectBadInput("run --out " + out_, {"input"});
