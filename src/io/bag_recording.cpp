@@ -14,8 +14,9 @@
 namespace planar_vslam::io {
 namespace {
 
-// In the order events with equal stamps are handed out: what an image needs comes before it.
-constexpr std::size_t kOdometry = 0, kLaser = 1, kImage = 2, kStreamCount = 3;
+// The streams, odometry first: in the order events with equal stamps are handed out. What an image needs comes before
+// it.
+constexpr std::size_t kLaser = 1, kImage = 2, kStreamCount = 3;
 // Events of a stream that are read in one go. Where topics lie far apart in a bag, each change from one to another
 // costs the decompression of a chunk.
 constexpr std::size_t kReadAhead[kStreamCount] = {200, 20, 1};
