@@ -50,12 +50,13 @@ void PrintSummary(const Estimator& estimator, const RunResult& result, const fs:
                report.scale->by_centroids, report.scale->applied);
   }
   if (map != nullptr && map->metric && report.map_scale.fused.has_value()) {
-    fmt::print("scale known to {:.2f} %{}\n", 100.0 * report.map_scale.fused->sigma,
-               report.map_scale.consistent ? "" : "; its sources disagree, see report.json");
+    fmt::print("scale known to {:.2f} %\n", 100.0 * report.map_scale.fused->sigma);
   }
   for (const auto& [reason, number] : report.failed_adjustments) fmt::print("failed: {} x {}\n", number, reason);
   if (!result.final_adjustment.empty()) fmt::print("the map is as before its last {}\n", result.final_adjustment);
   for (const auto& [reason, number] : result.unused_input) fmt::print("unused: {} x {}\n", number, reason);
+  if (!result.findings.empty()) fmt::print("what contradicts what, the most harmful first:\n");
+  for (const std::string& finding : result.findings) fmt::print("  - {}\n", finding);
   fmt::print("{:.1f} s of recording in {:.1f} s; results in {}\n", result.recorded_seconds, result.wall_seconds,
              out.string());
 }

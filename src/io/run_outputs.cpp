@@ -179,6 +179,7 @@ Json ReportJson(const Estimator& estimator, const RunResult& result, bool determ
   json["odometry_rejected"] = report.odometry_rejected;
   json["slips"] = report.slips;
   json["odometry_covariance"] = {{"by_model", report.odometry_by_model}, {"by_messages", report.odometry_by_messages}};
+  json["findings"] = result.findings;
   json["unused_input"] = result.unused_input.empty() ? Json(Json::object()) : Json(result.unused_input);
   json["adjustments"] = {{"count", report.adjustments}, {"iterations", report.adjustment_iterations}};
   json["failed_adjustments"] = Json::object();

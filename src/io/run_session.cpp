@@ -6,6 +6,8 @@
 #include <thread>
 #include <utility>
 
+#include "planar_vslam/pipeline/findings.h"
+
 namespace planar_vslam {
 namespace {
 
@@ -68,6 +70,10 @@ class Session {
     result_.cpu_seconds = CpuSeconds() - cpu_start;
     for (const auto& [reason, count] : estimator_.unused_input()) result_.unused_input[reason] += count;
     for (const auto& [reason, count] : recording_.skipped()) result_.unused_input[reason] += count;
+    const RecordingInfo& info = recording_.info();
+    const std::shared_ptr<const Map> map = estimator_.map();
+    result_.findings = Findings({estimator_.report(), estimator_.input_watch(), map.get(), result_.unused_input,
+                                 info.notes, info.has_base_transform, info.has_laser});
     if (!result_.frames.empty()) {
       result_.recorded_seconds = SecondsBetween(result_.frames.front().stamp, result_.frames.back().stamp);
     }

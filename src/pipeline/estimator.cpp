@@ -76,11 +76,13 @@ Estimator::Estimator(const EstimatorSettings& settings)
 Estimator::~Estimator() = default;
 
 std::vector<FrameReport> Estimator::Add(CameraFrame frame) {
+  input_->watch.Add(frame);
   input_->synchronizer.Push(input_->corrector.Correct(std::move(frame)));
   return Drain();
 }
 
 std::vector<FrameReport> Estimator::Add(const OdometryReading& reading) {
+  input_->watch.Add(reading);
   if (settings_.with_odometry) input_->wheels.Push({input_->corrector.Correct(reading.stamp), reading.T_odom_base});
   if (const std::optional<OdometryReading> continued = input_->continuity.Push(reading)) {
     input_->synchronizer.Push(input_->corrector.Correct(*continued));
@@ -90,6 +92,7 @@ std::vector<FrameReport> Estimator::Add(const OdometryReading& reading) {
 }
 
 std::vector<FrameReport> Estimator::Add(LaserFrame frame) {
+  input_->watch.Add(frame);
   input_->synchronizer.Push(input_->corrector.Correct(std::move(frame)));
   return Drain();
 }

@@ -25,6 +25,7 @@ struct RunSettings {
 struct RunResult {
   std::vector<FrameReport> frames;
   std::map<std::string, long> unused_input;  // by reason
+  std::vector<std::string> findings;         // what contradicts what, the most harmful first (pipeline/findings.h)
   long frames_dropped = 0;                   // by the pace of `rate`
   std::string final_adjustment;              // why it failed, and the map is as it was before; empty where it did not
   double wall_seconds = 0.0, cpu_seconds = 0.0;

@@ -23,6 +23,7 @@
 #include "planar_vslam/map/map_file.h"
 #include "planar_vslam/pipeline/frame_report.h"
 #include "planar_vslam/pipeline/input_corrector.h"
+#include "planar_vslam/pipeline/input_watch.h"
 #include "planar_vslam/pipeline/localization.h"
 #include "planar_vslam/pipeline/mapping.h"
 #include "planar_vslam/pipeline/odometry_continuity.h"
@@ -91,11 +92,14 @@ class Estimator {
   std::size_t images_waiting() const { return input_->synchronizer.images_waiting(); }
   // Input that could not be used, by reason.
   std::map<std::string, long> unused_input() const;
+  // What has come in since the start, or the last restart.
+  const InputWatch& input_watch() const { return input_->watch; }
 
  private:
   // Measurements on their way in.
   struct Input {
     explicit Input(const EstimatorSettings& settings);
+    InputWatch watch;
     OdometryContinuity continuity;
     InputCorrector corrector;
     Synchronizer synchronizer;

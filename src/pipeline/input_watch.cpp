@@ -1,0 +1,70 @@
+#include "planar_vslam/pipeline/input_watch.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace planar_vslam {
+namespace {
+
+constexpr double kMillisecondsPerSecond = 1e3;
+
+// Of every eighth pixel of every eighth row.
+double MeanGrey(const GrayImage& image) {
+  constexpr int kEvery = 8;
+  double sum = 0.0, count = 0.0;
+  for (int row = 0; row < image.height; row += kEvery) {
+    const std::uint8_t* pixels = image.pixels->data() + static_cast<std::ptrdiff_t>(row) * image.width;
+    for (int column = 0; column < image.width; column += kEvery) sum += pixels[column], count += 1.0;
+  }
+  return count > 0.0 ? sum / count : 0.0;
+}
+
+}  // namespace
+
+void StreamRhythm::Add(Timestamp stamp) {
+  constexpr double kHole = 1.0;  // s
+  if (last_.has_value() && *last_ < stamp) {
+    const double seconds = SecondsBetween(*last_, stamp);
+    intervals.Add(kMillisecondsPerSecond * seconds);
+    if (seconds > kHole) {
+      ++holes;
+      all_holes += seconds;
+    }
+    longest_hole = std::max(longest_hole, seconds);
+  }
+  last_ = stamp;
+}
+
+void InputWatch::Add(const CameraFrame& frame) {
+  constexpr double kDark = 25.0, kBright = 230.0;  // grey levels
+  images_.Add(frame.image.stamp);
+  if (!T_base_camera_.has_value()) T_base_camera_ = frame.T_base_camera;
+  if (frame.image.image.empty()) return;
+  const double grey = MeanGrey(frame.image.image);
+  looked_at_ += 1.0;
+  dark_ += grey < kDark ? 1 : 0;
+  bright_ += grey > kBright ? 1 : 0;
+}
+
+void InputWatch::Add(const OdometryReading& reading) {
+  odometry_.Add(reading.stamp);
+  if (last_reading_.has_value() && last_reading_->stamp < reading.stamp) {
+    const double way = (reading.T_odom_base.translation - last_reading_->T_odom_base.translation).norm();
+    const double seconds = SecondsBetween(last_reading_->stamp, reading.stamp);
+    constexpr double kMoved = 1e-4;  // m
+    if (std::isfinite(way) && way > kMoved) {
+      speeds_.Add(way / seconds);
+      way_ += way;
+    }
+  }
+  last_reading_ = reading;
+}
+
+void InputWatch::Add(const LaserFrame& frame) { scans_.Add(frame.scan.stamp); }
+
+double InputWatch::wheel_speed() const {
+  constexpr double kMost = 0.9;
+  return speeds_.Percentile(kMost);
+}
+
+}  // namespace planar_vslam

@@ -1,0 +1,214 @@
+#include "planar_vslam/pipeline/findings.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <memory>
+#include <random>
+
+#include "planar_vslam/pipeline/wheel_check.h"
+
+namespace planar_vslam {
+namespace {
+
+constexpr double kPeriod = 0.1;  // s between images
+constexpr int kKeyframes = 40;
+
+// A camera that looks forward: z along x of the base.
+Rigid3 ForwardCamera() {
+  Eigen::Matrix3d R;
+  R << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  return {Eigen::Quaterniond(R), Eigen::Vector3d(0.1, 0.0, 1.0)};
+}
+
+CameraFrame Image(double t, std::uint8_t grey, const Rigid3& T_base_camera) {
+  CameraFrame frame;
+  frame.image.stamp = Timestamp::FromSeconds(t);
+  frame.image.image = {64, 48, std::make_shared<const std::vector<std::uint8_t>>(64 * 48, grey)};
+  frame.T_base_camera = T_base_camera;
+  return frame;
+}
+
+// Keyframes along a curve, and wheels whose steps are `read` of the true ones.
+Map Drive(const std::function<Rigid2(const Rigid2&)>& read) {
+  Map map;
+  map.metric = true;
+  std::mt19937 generator(1);
+  std::normal_distribution<double> noise(0.0, 0.002);
+  Rigid2 T_map_base;
+  for (std::uint32_t k = 0; k < kKeyframes; ++k) {
+    Keyframe keyframe;
+    const Rigid2 step = ExpSe2(Eigen::Vector3d(0.15, 0.01, k % 20 < 10 ? 0.15 : -0.1));
+    if (k > 0) {
+      T_map_base = T_map_base * step;
+      MotionLink link;
+      link.from = KeyframeId{k - 1};
+      link.motion.T_i_j = read(step) * Rigid2(noise(generator), noise(generator), noise(generator));
+      keyframe.odometry_link = link;
+    }
+    keyframe.T_map_base = Embed3(T_map_base);
+    map.keyframes.Insert(KeyframeId{k}, keyframe);
+  }
+  return map;
+}
+
+Rigid2 AsItWas(const Rigid2& step) { return step; }
+
+class FindingsTest : public ::testing::Test {
+ protected:
+  FindingsTest() : map_(Drive(AsItWas)) { report_.odometry_by_model = 200; }
+
+  void Watch(int images, const std::function<bool(int)>& arrives, std::uint8_t grey = 110,
+             const Rigid3& T_base_camera = ForwardCamera(), double speed = 0.5) {
+    for (int i = 0; i < images; ++i) {
+      const double t = kPeriod * i;
+      watch_.Add(OdometryReading{Timestamp::FromSeconds(t), Rigid2(speed * t, 0.0, 0.0)});
+      if (arrives(i)) watch_.Add(Image(t, grey, T_base_camera));
+    }
+  }
+  std::vector<std::string> Found() const {
+    FindingsInput input{report_, watch_, with_map_ ? &map_ : nullptr, unused_, notes_, true, has_laser_};
+    return Findings(input);
+  }
+  void ExpectOne(const std::vector<std::string>& parts) const {
+    const std::vector<std::string> found = Found();
+    ASSERT_EQ(found.size(), 1U) << (found.empty() ? "nothing" : found[1 % found.size()]);
+    for (const std::string& part : parts) EXPECT_NE(found[0].find(part), std::string::npos) << part << ": " << found[0];
+  }
+
+  static bool Always(int) { return true; }
+
+  EstimatorReport report_;
+  InputWatch watch_;
+  Map map_;
+  bool with_map_ = true, has_laser_ = false;
+  std::map<std::string, long> unused_;
+  std::vector<std::string> notes_;
+};
+
+TEST_F(FindingsTest, AGoodDriveHasNone) {
+  Watch(200, Always);
+  report_.odometry_rejected = 5;
+  report_.map_scale.wheels = ScaleMeasurement{0.012, 0.006};
+  report_.map_scale.laser = ScaleMeasurement{0.0, 0.001};
+  report_.map_scale.floor = ScaleMeasurement{0.014, 0.005};
+  unused_["odometry stamp not increasing"] = 3;
+  EXPECT_TRUE(Found().empty()) << Found().front();
+}
+
+TEST_F(FindingsTest, ACameraInABodyFrameIsNamedFirst) {
+  Watch(200, Always, 110, Rigid3());
+  report_.odometry_rejected = 60;
+  for (const KeyframeId id : map_.keyframes.Ids()) map_.keyframes.Edit(id).on_floor = id.value < 5;
+  const std::vector<std::string> found = Found();
+  ASSERT_EQ(found.size(), 3U);
+  EXPECT_NE(found[0].find("body frame"), std::string::npos);
+  EXPECT_NE(found[1].find("60 of 200 steps"), std::string::npos);
+  EXPECT_NE(found[2].find("88 % of the keyframes stand off the floor"), std::string::npos);
+}
+
+TEST_F(FindingsTest, ARampIsNoFault) {
+  Watch(200, Always);
+  for (const KeyframeId id : map_.keyframes.Ids()) map_.keyframes.Edit(id).on_floor = id.value < 5;
+  report_.map_scale.laser = ScaleMeasurement{0.0, 0.001};
+  report_.map_scale.floor = ScaleMeasurement{0.05, 0.005};
+  EXPECT_TRUE(Found().empty()) << Found().front();
+}
+
+TEST_F(FindingsTest, ACameraThatLooksAtTheCeilingIsFineWhereNothingContradictsIt) {
+  Watch(200, Always, 110, Rigid3());
+  EXPECT_TRUE(Found().empty());
+}
+
+TEST_F(FindingsTest, WheelsThatReadWrongAreNamed) {
+  Watch(200, Always);
+  map_ =
+      Drive([](const Rigid2& step) { return Rigid2(step.translation.x(), step.translation.y(), 1.06 * step.angle); });
+  ExpectOne({"turn", "too far", "calibrate"});
+  map_ =
+      Drive([](const Rigid2& step) { return Rigid2(step.translation.x(), step.translation.y(), 0.94 * step.angle); });
+  ExpectOne({"too little"});
+  map_ = Drive([](const Rigid2& step) {
+    const Eigen::Vector2d askew = Rigid2(0.0, 0.0, DegreesToRadians(4.0)).R() * step.translation;
+    return Rigid2(askew.x(), askew.y(), step.angle);
+  });
+  ExpectOne({"deg left", "yaw of the camera", "calibrate"});
+  map_ = Drive([](const Rigid2& step) { return Rigid2(-step.translation.x(), -step.translation.y(), step.angle); });
+  ExpectOne({"backwards"});
+}
+
+TEST_F(FindingsTest, WheelsInMillimetresAreNamed) {
+  Watch(200, Always, 110, ForwardCamera(), 500.0);
+  ExpectOne({"m/s", "millimetres"});
+}
+
+TEST_F(FindingsTest, SourcesOfScaleThatDisagreeAreNamedWithTheBelievedOne) {
+  Watch(200, Always);
+  report_.map_scale.wheels = ScaleMeasurement{-0.03, 0.005};
+  report_.map_scale.laser = ScaleMeasurement{0.0, 0.001};
+  ExpectOne({"the wheels", "3.0 % smaller", "the laser", "calibrate"});
+  report_.map_scale.wheels.reset();
+  report_.map_scale.floor = ScaleMeasurement{0.05, 0.005};
+  ExpectOne({"height over the floor", "5.0 % larger", "the laser"});
+}
+
+TEST_F(FindingsTest, LostImagesHolesAndDarknessAreNamed) {
+  std::mt19937 generator(3);
+  Watch(400, [&generator](int) { return generator() % 2 == 0; });
+  ExpectOne({"lost", "compressed"});
+  watch_ = InputWatch();
+  Watch(200, [](int i) { return i < 100 || i > 130; });
+  ExpectOne({"images: 1 hole", "3.2 s"});
+  watch_ = InputWatch();
+  Watch(200, Always, 5);
+  ExpectOne({"100 %", "black"});
+  watch_ = InputWatch();
+  Watch(200, Always, 250);
+  ExpectOne({"white"});
+}
+
+TEST_F(FindingsTest, ASlowCameraLosesNothing) {
+  Watch(400, [](int i) { return i % 5 == 0; });
+  EXPECT_TRUE(Found().empty()) << Found().front();
+  watch_ = InputWatch();
+  Watch(400, [](int i) { return i % 15 == 0; });
+  EXPECT_TRUE(Found().empty()) << Found().front();
+}
+
+TEST_F(FindingsTest, ALaserThatNeverAgreesIsNamed) {
+  Watch(200, Always);
+  has_laser_ = true;
+  ExpectOne({"laser"});
+}
+
+TEST_F(FindingsTest, UnusedInputCountsWhereItIsMuch) {
+  Watch(200, Always);
+  unused_["image not decodable"] = 100;
+  ExpectOne({"100 x image not decodable"});
+  unused_.clear();
+  unused_["odometry covariance that is a placeholder"] = 900;
+  ExpectOne({"placeholders", "odometry_noise"});
+}
+
+TEST_F(FindingsTest, NoMapSaysWhatMayBeWrong) {
+  Watch(200, Always);
+  with_map_ = false;
+  ExpectOne({"no map", "init=visual"});
+}
+
+TEST_F(FindingsTest, NotesOfTheRecordingComeLastAndTenLinesAreEnough) {
+  Watch(200, Always, 5);
+  for (int i = 0; i < 20; ++i) notes_.push_back("note " + std::to_string(i));
+  const std::vector<std::string> found = Found();
+  ASSERT_EQ(found.size(), kMostFindings);
+  EXPECT_NE(found[0].find("black"), std::string::npos);
+  EXPECT_EQ(found[1], "note 0");
+}
+
+TEST(WheelCheckTest, SaysNothingOfAFewSteps) {
+  const WheelCheck check = CheckWheels(Map());
+  EXPECT_FALSE(check.turn.has_value() || check.direction.has_value());
+}
+
+}  // namespace
+}  // namespace planar_vslam
