@@ -33,6 +33,14 @@ constexpr double kIrregular = 1.6;      // mean over usual interval between imag
 constexpr double kUnusedShare = 0.2;    // of a stream's messages
 constexpr long kFewestKeyframes = 10;   // that say something
 
+// Whether a camera seems to be mounted in the axes of a body, x forward and z up: it would look at the ceiling.
+bool LooksLikeABodyFrame(const Rigid3& T_base_camera) {
+  // z up and x forward, where an optical axis should point forward: within 25 degrees each.
+  constexpr double kAligned = 0.9;
+  const Eigen::Matrix3d R = T_base_camera.R();
+  return R(2, 2) > kAligned && R(0, 0) > kAligned;
+}
+
 // Share of the keyframes that stand off the floor.
 double OffFloor(const Map* map) {
   if (map == nullptr || static_cast<long>(map->keyframes.size()) < kFewestKeyframes) return 0.0;
@@ -209,21 +217,6 @@ void AddUnused(const FindingsInput& in, Found* found) {
 }
 
 }  // namespace
-
-bool LooksLikeABodyFrame(const Rigid3& T_base_camera) {
-  // z up and x forward, where an optical axis should point forward: within 25 degrees each.
-  constexpr double kAligned = 0.9;
-  const Eigen::Matrix3d R = T_base_camera.R();
-  return R(2, 2) > kAligned && R(0, 0) > kAligned;
-}
-
-std::vector<std::string> StreamFindings(const FindingsInput& input) {
-  Found found;
-  AddStreams(input, &found);
-  std::vector<std::string> lines;
-  for (Finding& finding : found) lines.push_back(std::move(finding.text));
-  return lines;
-}
 
 std::vector<std::string> Findings(const FindingsInput& input) {
   Found found;

@@ -22,12 +22,6 @@ struct FindingsInput {
   bool has_laser = false;
 };
 
-// Those about the streams alone: holes, lost images, exposure.
-std::vector<std::string> StreamFindings(const FindingsInput& input);
-
-// Whether a camera seems to be mounted in a body frame's axes, x forward and z up: it would look at the ceiling.
-bool LooksLikeABodyFrame(const Rigid3& T_base_camera);
-
 // At most kMostFindings, the most harmful first.
 std::vector<std::string> Findings(const FindingsInput& input);
 
