@@ -50,7 +50,7 @@ class Drive {
       trajectory_.Add({GrowthWorld::StampOf(frame), reference, Embed3(T_ref_base), GrowthWorld::CameraMount()});
     }
     tracker_.Start(*map, newest);
-    jobs_.emplace(context_, std::move(map), Schedule::kInline);
+    jobs_.emplace(context_, std::move(map), Schedule::kInline, UnknownWheelErrors(context_.mapper.systematic));
   }
 
   void Frame() {
