@@ -29,9 +29,7 @@ struct ScanMatchOptions {
   double max_offset = 0.30;
   double min_share = 0.60;
   int min_points = 60;
-  // Of a match: its two sweeps are skewed by the robot's motion and see no quite level room, and the camera, which the
-  // map follows, sways on the base.
-  MotionFloor floor{0.003, DegreesToRadians(0.2)};
+  MotionFloor floor;  // of a match: its two sweeps are skewed by the robot's motion, and see no quite level room
 
   template <class Self, class Visitor>
   static void Visit(Self& o, Visitor& v) {
@@ -41,8 +39,8 @@ struct ScanMatchOptions {
     v("min_share", o.min_share, unit::kNone, bound::Between(0.0, 1.0),
       "of a sweep's points that must lie on surfaces of the other");
     v("min_points", o.min_points, unit::kNone, bound::AtLeast(10), "of a sweep that can be matched");
-    v("position_floor", o.floor.position, unit::kMeters, bound::Positive(), "of any match", Origin::kFitted);
-    v("heading_floor_deg", o.floor.heading, unit::kDegrees, bound::Positive(), "of any match", Origin::kFitted);
+    v("position_floor", o.floor.position, unit::kMeters, bound::Positive(), "of any match");
+    v("heading_floor_deg", o.floor.heading, unit::kDegrees, bound::Positive(), "of any match");
   }
   std::vector<std::string> Problems() const { return ProblemsOf(*this); }
 };
