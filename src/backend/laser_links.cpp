@@ -68,4 +68,12 @@ MapEdit LinkByLaser(const Map& map, KeyframeId newest, const ScanMatchOptions& o
   return {step};
 }
 
+Map LinkedByLaser(Map map, const ScanMatchOptions& options) {
+  for (const KeyframeId id : map.keyframes.Ids()) {
+    const MapEdit links = LinkByLaser(map, id, options);
+    map = Apply(std::move(map), links);
+  }
+  return map;
+}
+
 }  // namespace planar_vslam

@@ -76,7 +76,7 @@ MapChange MapProposal(const Map& snapshot, const KeyframeProposal& proposal, con
   return change;
 }
 
-MapChange Scaled(const Map& snapshot, double log_scale, Timestamp stamp) {
+MapChange Scaled(const Map& snapshot, double log_scale, Timestamp stamp, const ScanMatchOptions& scan_match) {
   const std::vector<LeverArmSample> samples = LinkedTrack(snapshot);
   ScaleReport report{RecoverScale(samples, ScaleMethod::kSteps, 0.0).value_or(0.0),
                      RecoverScale(samples, ScaleMethod::kCentroids, 0.0).value_or(0.0),
@@ -88,7 +88,7 @@ MapChange Scaled(const Map& snapshot, double log_scale, Timestamp stamp) {
     report.unscaled_cameras.emplace_back(keyframe.stamp, keyframe.T_map_camera());
   }
   MapChange change;
-  change.map = std::make_shared<const Map>(ScaledToMetric(snapshot, report.applied));
+  change.map = std::make_shared<const Map>(LinkedByLaser(ScaledToMetric(snapshot, report.applied), scan_match));
   change.scaled = std::move(report);
   return change;
 }
@@ -146,7 +146,9 @@ void MapJobs::AddKeyframe(KeyframeProposal proposal) {
 }
 
 void MapJobs::MakeMetric(double log_scale, Timestamp stamp) {
-  Write([snapshot = map_, log_scale, stamp] { return Scaled(*snapshot, log_scale, stamp); }, false);
+  Write([this, snapshot = map_, log_scale,
+         stamp] { return Scaled(*snapshot, log_scale, stamp, context_.mapper.scan_match); },
+        false);
 }
 
 std::vector<MapChange> MapJobs::Collect(bool wait) {

@@ -119,6 +119,25 @@ TEST_F(LinkByLaserTest, NothingIsLinkedWithoutSweepsMetresOrTheOption) {
   EXPECT_TRUE(Links(newest).empty());
 }
 
+TEST_F(LinkByLaserTest, AMapThatBecomesMetricIsLinkedAsOneThatWas) {
+  std::vector<KeyframeId> ids;
+  for (const double x : {0.0, 0.3, 0.6, 0.9}) {
+    ids.push_back(Add(Rigid2(x, 0.05 * x, 0.2 * x)));
+    map_ = Apply(std::move(map_), LinkByLaser(map_, ids.back(), options_));
+  }
+  Map late = map_;
+  for (const KeyframeId id : ids) late.keyframes.Edit(id).laser_links.clear();
+  RebuildIndexes(&late);
+  late = LinkedByLaser(std::move(late), options_);
+  EXPECT_TRUE(Validate(late).empty());
+  for (const KeyframeId id : ids) {
+    const std::vector<MotionLink>& links = map_.keyframes.At(id).laser_links;
+    const std::vector<MotionLink>& now = late.keyframes.At(id).laser_links;
+    ASSERT_EQ(now.size(), links.size()) << id.value;
+    for (std::size_t k = 0; k < links.size(); ++k) EXPECT_EQ(now[k].from, links[k].from) << id.value;
+  }
+}
+
 TEST_F(LinkByLaserTest, SweepsThatShowAnotherRoomOrLieTooFarApartAreNotLinked) {
   Add(Rigid2(0.0, 0.0, 0.0));
   EXPECT_TRUE(Links(Add(Rigid2(0.3, 0.0, 0.1), Rigid2(), Place::kOtherRoom)).empty()) << "another room";

@@ -118,4 +118,7 @@ struct MappingOutcome {
 MappingOutcome MapKeyframe(const Map& snapshot, const KeyframeProposal& proposal, const MapperContext& context,
                            const std::atomic<bool>* hurry = nullptr);
 
+// A map that has become metric just now, with the laser links that its keyframes would have got on arrival.
+Map LinkedByLaser(Map map, const ScanMatchOptions& options);
+
 }  // namespace planar_vslam
