@@ -93,7 +93,7 @@ struct BundleOutcome {
   StageTimes times;                             // "bundle.residuals", ... (bundle_adjustment.h)
 };
 
-inline constexpr double kChi2TwoDof95 = 5.991;   // what is beyond is an outlier
+inline constexpr double kChi2TwoDof95 = 5.991;  // what is beyond is an outlier
 inline constexpr double kFloorPointLoss = 2.0;  // sigmas, Cauchy
 
 }  // namespace planar_vslam

@@ -113,11 +113,11 @@ void AddWheels(const FindingsInput& in, Found* found) {
                                     std::abs(degrees), degrees > 0.0 ? "left" : "right")});
     }
   }
-  if (check.turn.has_value() && std::abs(check.turn->value) > kTurnShare &&
-      std::abs(check.turn->value) > kSigmas * check.turn->sigma) {
-    found->push_back(
-        {Harm::kBent, fmt::format("the wheels turn {:.1f} % too {}; run `planar_vslam calibrate`",
-                                  100.0 * std::abs(check.turn->value), check.turn->value > 0.0 ? "far" : "little")});
+  if (!check.turn.has_value()) return;
+  const double turn = check.turn->value - in.report.wheels.log_turn;  // the map's links are corrected by that
+  if (std::abs(turn) > kTurnShare && std::abs(turn) > kSigmas * check.turn->sigma) {
+    found->push_back({Harm::kBent, fmt::format("the wheels turn {:.1f} % too {}; run `planar_vslam calibrate`",
+                                               100.0 * std::abs(turn), turn > 0.0 ? "far" : "little")});
   }
 }
 
@@ -133,7 +133,11 @@ void AddScale(const FindingsInput& in, Found* found) {
   const MapScale& scale = in.report.map_scale;
   std::vector<ScaleSource> sources;
   if (scale.laser.has_value()) sources.push_back({"the laser", "check the laser's ranges", *scale.laser});
-  if (scale.wheels.has_value()) sources.push_back({"the wheels", "run `planar_vslam calibrate`", *scale.wheels});
+  if (scale.wheels.has_value()) {
+    ScaleMeasurement as_read = *scale.wheels;  // not as the map's links were corrected
+    as_read.log_scale -= in.report.wheels.log_length;
+    sources.push_back({"the wheels", "run `planar_vslam calibrate`", as_read});
+  }
   constexpr double kMostlyOnFloor = 0.2;  // share off it; height over another level says nothing
   if (scale.floor.has_value() && OffFloor(in.map) < kMostlyOnFloor) {
     sources.push_back({"the camera's height over the floor", "check its height in tf", *scale.floor});

@@ -137,6 +137,18 @@ TEST_F(FindingsTest, WheelsThatReadWrongAreNamed) {
   ExpectOne({"backwards"});
 }
 
+TEST_F(FindingsTest, WheelsThatReadWrongAreNamedThoughTheMapHasLearnedIt) {
+  Watch(200, Always);
+  map_ = Drive([](const Rigid2& step) { return step; });
+  report_.wheels.log_turn = -0.05;
+  ExpectOne({"turn", "5.0 % too far", "calibrate"});
+  report_.wheels.log_turn = 0.0;
+  report_.wheels.log_length = -0.03;
+  report_.map_scale.wheels = ScaleMeasurement{0.0, 0.005};
+  report_.map_scale.laser = ScaleMeasurement{0.0, 0.001};
+  ExpectOne({"the wheels", "3.0 % larger", "the laser", "calibrate"});
+}
+
 TEST_F(FindingsTest, WheelsInMillimetresAreNamed) {
   Watch(200, Always, 110, ForwardCamera(), 500.0);
   ExpectOne({"m/s", "millimetres"});

@@ -14,7 +14,7 @@ class InputCorrector {
   CameraFrame Correct(CameraFrame frame) const;
   OdometryReading Correct(const OdometryReading& reading);
   LaserFrame Correct(LaserFrame frame) const;
-  void Take(const WheelErrors& errors);  // from the next reading on
+  void Take(const WheelErrors& errors);      // from the next reading on
   Timestamp Correct(Timestamp stamp) const;  // of odometry or laser
 
  private:
