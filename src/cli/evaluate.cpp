@@ -35,13 +35,20 @@ std::map<std::string, EvaluationAlignment> Alignments() {
           {"first", EvaluationAlignment::kFirst}};
 }
 
+// T_truth_estimate, where it was given.
+std::optional<Rigid3> TransformOf(const EvaluateArguments& arguments) {
+  const std::vector<double>& t = arguments.transform;
+  if (t.empty()) return std::nullopt;
+  return Embed3(Rigid2(t[0], t[1], t[2]));
+}
+
 // `shift` has been added to the estimate's stamps.
 int PrintConsistency(const EvaluateArguments& arguments, Timestamp shift, const Trajectory& estimate,
                      const Trajectory& truth) {
   Expected<std::vector<StampedCovariance>> covariances = ReadCovariances(arguments.covariances);
   if (!covariances) return Fail(kExitBadInput, covariances.error().message);
   for (StampedCovariance& covariance : *covariances) covariance.stamp.nanoseconds += shift.nanoseconds;
-  const Expected<Consistency> consistency = EvaluateConsistency(estimate, *covariances, truth);
+  const Expected<Consistency> consistency = EvaluateConsistency(estimate, *covariances, truth, TransformOf(arguments));
   if (!consistency) return Fail(kExitFailure, arguments.covariances + ": " + consistency.error().message);
   fmt::print("{}\n", arguments.json
                          ? fmt::format("{{\"poses\": {}, \"mean_nees\": {:.6g}, \"within_95\": {:.6g}}}",
@@ -53,9 +60,9 @@ int PrintConsistency(const EvaluateArguments& arguments, Timestamp shift, const 
 
 Expected<TrajectoryErrors> ErrorsOf(const EvaluateArguments& arguments, const Trajectory& estimate,
                                     const Trajectory& truth) {
-  const std::vector<double>& t = arguments.transform;
-  if (t.empty()) return EvaluateTrajectory(estimate, truth, Alignments().at(arguments.alignment));
-  return EvaluateTrajectory(estimate, truth, Similarity3{1.0, Embed3(Rigid2(t[0], t[1], t[2]))});
+  const std::optional<Rigid3> T_truth_estimate = TransformOf(arguments);
+  if (!T_truth_estimate) return EvaluateTrajectory(estimate, truth, Alignments().at(arguments.alignment));
+  return EvaluateTrajectory(estimate, truth, Similarity3{1.0, *T_truth_estimate});
 }
 
 // What there is to be drawn beside the trajectories.
@@ -125,9 +132,9 @@ void AddEvaluate(CLI::App& app, int* exit_code) {
       ->excludes(align);
   command->add_option("--time-offset", arguments->time_offset, "Seconds to add to the estimate's stamps")
       ->check(CLI::Range(-kLongestOffset, kLongestOffset));
-  command->add_option(
-      "--consistency", arguments->covariances,
-      "Instead: NEES of the poses with these covariances (covariance_live.csv), laid over the first pose");
+  command->add_option("--consistency", arguments->covariances,
+                      "Instead: NEES of the poses with these covariances (covariance_live.csv), laid over the first "
+                      "pose or by --transform");
   command->add_flag("--json", arguments->json, "Print JSON instead of a table");
   CLI::Option* plot = command->add_option("--plot", arguments->plot, "Also write a picture of both trajectories, SVG");
   command->add_option("--grid", arguments->grid, "Drawn below them: grid in the estimate's frame, map_server yaml")

@@ -58,10 +58,11 @@ Expected<bool> WriteCovariances(const std::vector<StampedCovariance>& covariance
 }
 
 Expected<Consistency> EvaluateConsistency(const Trajectory& estimate, const std::vector<StampedCovariance>& covariances,
-                                          const Trajectory& truth) {
+                                          const Trajectory& truth, const std::optional<Rigid3>& T_truth_map) {
   const std::vector<io::PosePair> pairs = io::PairByStamp(estimate, truth);
   if (pairs.empty()) return Error{"no pose has truth around its stamp"};
-  const Rigid3 T_truth_map = pairs.front().truth * pairs.front().estimate.Inverse();
+  const Rigid3 T_map_world =
+      (T_truth_map.has_value() ? *T_truth_map : pairs.front().truth * pairs.front().estimate.Inverse()).Inverse();
   Consistency result;
   auto next = covariances.begin();
   for (const io::PosePair& pair : pairs) {
@@ -70,8 +71,8 @@ Expected<Consistency> EvaluateConsistency(const Trajectory& estimate, const std:
     if (next == covariances.end() || next->stamp != pair.stamp) {
       return Error{"the pose at " + io::FormatStamp(pair.stamp) + " s has no covariance"};
     }
-    if (&pair == &pairs.front()) continue;  // it is right by definition
-    const Rigid3 T_map_truth = T_truth_map.Inverse() * pair.truth;
+    if (!T_truth_map.has_value() && &pair == &pairs.front()) continue;  // it is right by definition
+    const Rigid3 T_map_truth = T_map_world * pair.truth;
     const Eigen::Vector3d e = LogSe2(ProjectToPlane(pair.estimate).Inverse() * ProjectToPlane(T_map_truth));
     const double nees = e.dot(next->covariance.llt().solve(e));
     result.mean_nees += nees;

@@ -51,6 +51,17 @@ TEST(Consistency, GrowsWithTheSquareOfWhatCovariancesHide) {
   EXPECT_LT(result->within_95, 0.5);
 }
 
+TEST(Consistency, MapsThatWereAlignedBeforeAreLaidOnTheTruthByThat) {
+  Drive drive = MakeDrive(1.0);
+  drive.estimate.front().T_map_base = drive.estimate.front().T_map_base * Embed3(Rigid2(0.1, 0.0, 0.05));
+  EXPECT_GT(EvaluateConsistency(drive.estimate, drive.covariances, drive.truth)->mean_nees, 100.0);
+  const auto result =
+      EvaluateConsistency(drive.estimate, drive.covariances, drive.truth, Embed3(Rigid2(4.0, -3.0, 1.0)));
+  ASSERT_TRUE(result.ok()) << result.error().message;
+  EXPECT_EQ(result->poses, 2000);
+  EXPECT_NEAR(result->mean_nees, 3.0, 0.2);
+}
+
 TEST(Consistency, NeedsACovarianceForEveryPose) {
   Drive drive = MakeDrive(1.0);
   drive.covariances.erase(drive.covariances.begin() + 7);

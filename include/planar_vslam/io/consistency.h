@@ -4,6 +4,7 @@
 // With honest covariances its mean is 3 and 95 % of it lie below 7.815. Below 3 they are too wide, above too narrow.
 #include <Eigen/Core>
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 #include "planar_vslam/geometry/expected.h"
@@ -25,8 +26,10 @@ struct Consistency {
   double mean_nees = 0.0;  // 3 expected
   double within_95 = 0.0;  // share of poses inside their 95 % ellipsoid
 };
-// The map's origin is laid on the truth by the first pose. A pose without a covariance of the same stamp is an error.
+// The map's origin is laid on the truth by `T_truth_map`, or by the first pose, which then does not count. A pose
+// without a covariance of the same stamp is an error.
 Expected<Consistency> EvaluateConsistency(const Trajectory& estimate, const std::vector<StampedCovariance>& covariances,
-                                          const Trajectory& truth);
+                                          const Trajectory& truth,
+                                          const std::optional<Rigid3>& T_truth_map = std::nullopt);
 
 }  // namespace planar_vslam
