@@ -1,6 +1,7 @@
 #include "planar_vslam/optimize/bundle_adjustment.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "bundle_ceres.h"
 #include "bundle_problem.h"
@@ -38,10 +39,8 @@ void Report(const BundleProblem& problem, BundleResult* result) {
   }
 }
 
-}  // namespace
-
-BundleResult AdjustBundle(const Map& map, const BundleRequest& request, const MeasurementModel& context,
-                          BundleSolver solver, const std::atomic<bool>* hurry) {
+BundleResult Adjust(const Map& map, const BundleRequest& request, const MeasurementModel& context, BundleSolver solver,
+                    const std::atomic<bool>* hurry) {
   BundleResult result;
   const Stopwatch build;
   BundleProblem problem = MakeBundleProblem(map, request, context);
@@ -64,6 +63,24 @@ BundleResult AdjustBundle(const Map& map, const BundleRequest& request, const Me
   if (result.converged && context.options.drop_outliers && any && !hurried) solve_and_classify();
   if (result.converged) Report(problem, &result);
   return result;
+}
+
+// Whether the origin has tilted by more than a camera sways.
+bool OriginTips(const BundleResult& result, const BundleRequest& request, const PlanarPriorOptions& planar) {
+  if (!result.converged || result.poses.empty() || result.poses.front().first != request.origin) return false;
+  return result.poses.front().second.R()(2, 2) < std::cos(planar.sigma_tilt);
+}
+
+}  // namespace
+
+BundleResult AdjustBundle(const Map& map, const BundleRequest& request, const MeasurementModel& context,
+                          BundleSolver solver, const std::atomic<bool>* hurry) {
+  BundleResult result = Adjust(map, request, context, solver, hurry);
+  if (!OriginTips(result, request, context.planar)) return result;
+  // It is not the first keyframe that stands askew, but others on a ramp that are not known to be off the floor yet.
+  BundleRequest held = request;
+  held.origin = KeyframeId();
+  return Adjust(map, held, context, solver, hurry);
 }
 
 MapEdit ToEdit(const BundleResult& result) {

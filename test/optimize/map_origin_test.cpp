@@ -35,6 +35,25 @@ TEST_P(MapOrigin, IsLevelAsTheFloorIsNotAsTheFirstCameraStood) {
   }
 }
 
+// As long as a ramp is not known to be one, all on it ask for the map to be level there.
+TEST_P(MapOrigin, IsNotTippedByARamp) {
+  test::SyntheticWorldOptions options;
+  options.keyframes = 12;
+  const test::SyntheticWorld world = test::MakeSyntheticWorld(options);
+  Map map = LeaningMap(world, DegreesToRadians(4.0));
+  Keyframe& first = map.keyframes.Edit(map.keyframes.begin()->first);  // it alone stands before the ramp
+  const Rigid3 T_map_camera = first.T_map_camera();
+  first.T_map_base = Embed3(ProjectToPlane(first.T_map_base));
+  first.T_base_camera = first.T_map_base.Inverse() * T_map_camera;
+  const Rigid3 before = first.T_map_base;
+  MeasurementModel model = world.Context();
+  model.options.max_iterations = 50;
+  map = Apply(std::move(map), ToEdit(AdjustBundle(map, WholeMapRequest(map), model, GetParam())));
+  const Rigid3& after = map.keyframes.begin()->second.T_map_base;
+  EXPECT_EQ(after.translation, before.translation);
+  EXPECT_EQ(after.rotation.coeffs(), before.rotation.coeffs());
+}
+
 TEST_P(MapOrigin, StaysAsItIsWhereNothingIsKnownOfAFloor) {
   const test::SyntheticWorld world = test::MakeSyntheticWorld({});
   for (const bool off_floor : {false, true}) {

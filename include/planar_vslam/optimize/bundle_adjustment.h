@@ -56,7 +56,8 @@ struct BundleRequest {
   std::vector<KeyframeId> fixed_keyframes;  // ascending, disjoint from the free ones
   std::vector<LandmarkId> landmarks;        // ascending; observations in other keyframes are left out
   // One of the fixed ones, or invalid: the map hangs on its x, y and yaw. The floor prior knows its height and tilt as
-  // well as those of any other, and a camera that sways does not stand level because its keyframe is the first.
+  // well as those of any other, and a camera that sways does not stand level because its keyframe is the first. It is
+  // held where it would tip by more than planar.sigma_tilt: then others stand on a ramp.
   KeyframeId origin;
 };
 
