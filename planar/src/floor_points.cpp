@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 #include <utility>
+#include <vector>
 
 #include "planar_vslam/geometry/median.h"
 
@@ -19,13 +19,14 @@ constexpr std::size_t kMinPlaces = 20;
 constexpr double kContrast = 1.5;  // times the places at the levels around, for a floor and not clutter
 
 std::size_t PlacesAt(const std::vector<Eigen::Vector3d>& points, double level) {
-  std::set<std::pair<long, long>> places;
+  std::vector<std::pair<long, long>> places;
   for (const Eigen::Vector3d& p : points) {
     if (std::abs(p.z() - level) <= kThickness) {
-      places.emplace(std::lround(p.x() / kPlace), std::lround(p.y() / kPlace));
+      places.emplace_back(std::lround(p.x() / kPlace), std::lround(p.y() / kPlace));
     }
   }
-  return places.size();
+  std::sort(places.begin(), places.end());
+  return static_cast<std::size_t>(std::unique(places.begin(), places.end()) - places.begin());
 }
 
 // The level that the points at it have in the middle: finer than the levels tried.

@@ -60,6 +60,20 @@ bool PoseManifold::MinusJacobian(const double* x, double* jacobian) const {
   return true;
 }
 
+bool PartialPoseManifold::PlusJacobian(const double* x, double* jacobian) const {
+  Eigen::Matrix<double, 7, 6, Eigen::RowMajor> plus;
+  PoseManifold().PlusJacobian(x, plus.data());
+  Eigen::Map<Eigen::Matrix<double, 7, 3, Eigen::RowMajor>> J(jacobian);
+  J.noalias() = plus * Tangent(LoadPose(x));
+  return true;
+}
+
+bool PartialPoseManifold::MinusJacobian(const double* x, double* jacobian) const {
+  Eigen::Map<Eigen::Matrix<double, 3, 7, Eigen::RowMajor>> J(jacobian);
+  J.noalias() = Tangent(LoadPose(x)).transpose() * PoseMinusJacobian(x);
+  return true;
+}
+
 Eigen::Matrix<double, 6, 3> FloorTangent(const Rigid3& T) {
   const Eigen::Matrix3d R_base_map = T.R().transpose();
   Eigen::Matrix<double, 6, 3> E = Eigen::Matrix<double, 6, 3>::Zero();
@@ -77,26 +91,12 @@ bool FloorPoseManifold::Plus(const double* x, const double* delta, double* x_plu
   return true;
 }
 
-bool FloorPoseManifold::PlusJacobian(const double* x, double* jacobian) const {
-  Eigen::Matrix<double, 7, 6, Eigen::RowMajor> plus;
-  PoseManifold().PlusJacobian(x, plus.data());
-  Eigen::Map<Eigen::Matrix<double, 7, 3, Eigen::RowMajor>> J(jacobian);
-  J.noalias() = plus * FloorTangent(LoadPose(x));
-  return true;
-}
-
 bool FloorPoseManifold::Minus(const double* y, const double* x, double* y_minus_x) const {
   const Rigid3 T_y = LoadPose(y);
   const Rigid3 T_x = LoadPose(x);
   y_minus_x[0] = T_y.translation.x() - T_x.translation.x();
   y_minus_x[1] = T_y.translation.y() - T_x.translation.y();
   y_minus_x[2] = LogSo3(T_y.rotation * T_x.rotation.conjugate()).z();
-  return true;
-}
-
-bool FloorPoseManifold::MinusJacobian(const double* x, double* jacobian) const {
-  Eigen::Map<Eigen::Matrix<double, 3, 7, Eigen::RowMajor>> J(jacobian);
-  J.noalias() = FloorTangent(LoadPose(x)).transpose() * PoseMinusJacobian(x);
   return true;
 }
 
@@ -116,14 +116,6 @@ bool LevelPoseManifold::Plus(const double* x, const double* delta, double* x_plu
   return true;
 }
 
-bool LevelPoseManifold::PlusJacobian(const double* x, double* jacobian) const {
-  Eigen::Matrix<double, 7, 6, Eigen::RowMajor> plus;
-  PoseManifold().PlusJacobian(x, plus.data());
-  Eigen::Map<Eigen::Matrix<double, 7, 3, Eigen::RowMajor>> J(jacobian);
-  J.noalias() = plus * LevelTangent(LoadPose(x));
-  return true;
-}
-
 bool LevelPoseManifold::Minus(const double* y, const double* x, double* y_minus_x) const {
   const Rigid3 T_y = LoadPose(y);
   const Rigid3 T_x = LoadPose(x);
@@ -131,12 +123,6 @@ bool LevelPoseManifold::Minus(const double* y, const double* x, double* y_minus_
   y_minus_x[0] = T_y.translation.z() - T_x.translation.z();
   y_minus_x[1] = turn.x();
   y_minus_x[2] = turn.y();
-  return true;
-}
-
-bool LevelPoseManifold::MinusJacobian(const double* x, double* jacobian) const {
-  Eigen::Map<Eigen::Matrix<double, 3, 7, Eigen::RowMajor>> J(jacobian);
-  J.noalias() = LevelTangent(LoadPose(x)).transpose() * PoseMinusJacobian(x);
   return true;
 }
 

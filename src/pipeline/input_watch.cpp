@@ -60,8 +60,6 @@ void InputWatch::Add(const OdometryReading& reading) {
   last_reading_ = reading;
 }
 
-void InputWatch::Add(const LaserFrame& frame) { scans_.Add(frame.scan.stamp); }
-
 double InputWatch::wheel_speed() const {
   constexpr double kMost = 0.9;
   return speeds_.Percentile(kMost);

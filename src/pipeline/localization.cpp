@@ -37,8 +37,6 @@ void Localization::StartIn(std::shared_ptr<const Map> map) {
 
 void Localization::UseSweeps() {
   map_laser_ = options_.laser_localize == LaserLocalize::kAuto ? LaserOf(*map_, options_.scan_match) : MapLaser{};
-  laser_.reset();
-  if (map_laser_.surfaces != nullptr) laser_.emplace(map_laser_);
 }
 
 void Localization::StartAt(const Rigid3& T_map_base, const Matrix6d& covariance) {
@@ -180,11 +178,12 @@ void Localization::WeighView(const FramePacket& packet, bool was_localized, Trac
 }
 
 std::optional<PlanarFix> Localization::FixByLaser(const FramePacket& packet, const PlanarMotion& step) {
-  if (!tracker_.localized() || !laser_.has_value()) return std::nullopt;
+  if (!tracker_.localized()) return std::nullopt;
   const Eigen::Matrix3d adjoint = AdjointSe2(step.T_i_j.Inverse());
   const Eigen::Matrix3d last = last_.covariance(kPlanarRows, kPlanarRows);
-  return laser_->Fix(packet, ProjectToPlane(last_.T_map_base) * step.T_i_j,
-                     adjoint * last * adjoint.transpose() + step.covariance);
+  return LaserTracker(map_laser_)
+      .Fix(packet, ProjectToPlane(last_.T_map_base) * step.T_i_j,
+           adjoint * last * adjoint.transpose() + step.covariance);
 }
 
 bool Localization::Jumps(const TrackResult& track, const PlanarMotion& step, Timestamp stamp) const {

@@ -69,9 +69,8 @@ class Localization {
   EarlyFrames early_frames_;
   MapLaser map_laser_;                 // of the map that was started in
   std::optional<PlaceFinder> finder_;  // while the place is unknown
-  std::optional<LaserTracker> laser_;
-  std::optional<Timestamp> fixed_;  // frame of which the laser told the whole pose, the last one
-  int unconfirmed_ = 0;             // frames in a row whose pose neither camera nor laser told
+  std::optional<Timestamp> fixed_;     // frame of which the laser told the whole pose, the last one
+  int unconfirmed_ = 0;                // frames in a row whose pose neither camera nor laser told
   struct {
     Rigid3 T_map_base;
     Timestamp stamp;

@@ -37,30 +37,40 @@ class PoseManifold final : public ceres::Manifold {
   bool MinusJacobian(const double* x, double* jacobian) const override;
 };
 
+// Three of the six dof: a manifold whose steps are E d as right perturbations.
+class PartialPoseManifold : public ceres::Manifold {
+ public:
+  int AmbientSize() const final { return kPoseBlockSize; }
+  int TangentSize() const final { return 3; }
+  bool PlusJacobian(const double* x, double* jacobian) const final;
+  bool MinusJacobian(const double* x, double* jacobian) const final;
+
+ private:
+  virtual Eigen::Matrix<double, 6, 3> Tangent(const Rigid3& T) const = 0;  // E
+};
+
 // E: what a step of 3 dof on the floor is as a right perturbation.
 Eigen::Matrix<double, 6, 3> FloorTangent(const Rigid3& T);
 
-class FloorPoseManifold final : public ceres::Manifold {
+class FloorPoseManifold final : public PartialPoseManifold {
  public:
-  int AmbientSize() const override { return kPoseBlockSize; }
-  int TangentSize() const override { return 3; }
   bool Plus(const double* x, const double* delta, double* x_plus_delta) const override;
-  bool PlusJacobian(const double* x, double* jacobian) const override;
   bool Minus(const double* y, const double* x, double* y_minus_x) const override;
-  bool MinusJacobian(const double* x, double* jacobian) const override;
+
+ private:
+  Eigen::Matrix<double, 6, 3> Tangent(const Rigid3& T) const override { return FloorTangent(T); }
 };
 
 // E of a pose that keeps its place and direction.
 Eigen::Matrix<double, 6, 3> LevelTangent(const Rigid3& T);
 
-class LevelPoseManifold final : public ceres::Manifold {
+class LevelPoseManifold final : public PartialPoseManifold {
  public:
-  int AmbientSize() const override { return kPoseBlockSize; }
-  int TangentSize() const override { return 3; }
   bool Plus(const double* x, const double* delta, double* x_plus_delta) const override;
-  bool PlusJacobian(const double* x, double* jacobian) const override;
   bool Minus(const double* y, const double* x, double* y_minus_x) const override;
-  bool MinusJacobian(const double* x, double* jacobian) const override;
+
+ private:
+  Eigen::Matrix<double, 6, 3> Tangent(const Rigid3& T) const override { return LevelTangent(T); }
 };
 
 }  // namespace planar_vslam
