@@ -44,14 +44,15 @@ void AddBundle(const BundleSummary& bundle, MapChange* change) {
 // Corrects the map's links where the wheels turn out to read wrong in another way than they are corrected by.
 void LearnWheels(const LearntWheels& wheels, const MapJobsContext& context, Map* map, MapChange* change) {
   const Stopwatch learning;
-  const std::optional<ScaleMeasurement> floor = ScaleByFloor(*map, context.scale, true);
-  const WheelErrors now =
-      LearnWheelErrors(*map, wheels.first, wheels.prior, wheels.applied, floor, context.mapper.model);
+  const MapScale& scale = *change->scale;
+  const WheelErrors now = LearnWheelErrors(*map, wheels.first, wheels.prior, wheels.applied,
+                                           scale.floor_in_parts ? scale.floor : std::nullopt, context.mapper.model);
   if (IsNews(now, wheels.applied)) {
     *map =
         Apply(std::move(*map), {CorrectOdometryLinks{wheels.first, std::exp(now.log_length - wheels.applied.log_length),
                                                      std::exp(now.log_turn - wheels.applied.log_turn)}});
     change->wheels = now;
+    change->scale = AssessScale(*map, context.scale, context.mapper.systematic);
   }
   change->times.push_back({"map.learn_wheels", learning.Milliseconds()});
 }
@@ -61,11 +62,11 @@ MapChange MapProposal(const Map& snapshot, const KeyframeProposal& proposal, con
   MappingOutcome outcome = MapKeyframe(snapshot, proposal, context.mapper, &hurry);
   MapChange change;
   change.times = std::move(outcome.report.times);
-  if (wheels.has_value()) LearnWheels(*wheels, context, &outcome.map, &change);
   if (assess_scale) {
     const Stopwatch assessing;
     change.scale = AssessScale(outcome.map, context.scale, context.mapper.systematic);
     change.times.push_back({"map.assess_scale", assessing.Milliseconds()});
+    if (wheels.has_value()) LearnWheels(*wheels, context, &outcome.map, &change);
   }
   change.keyframe =
       MapChange::NewKeyframe{outcome.report.keyframe, proposal.keyframe.stamp, proposal.keyframe.T_map_base};
@@ -127,7 +128,8 @@ bool MapJobs::MayAssessScale() {
   return true;
 }
 
-// With every tenth more of keyframes: then they have something new to say of the wheels.
+// With every tenth more of keyframes they have something new to say of the wheels. Where the scale is assessed, too:
+// what the floor says comes from there.
 std::optional<LearntWheels> MapJobs::MayLearnWheels() {
   constexpr std::uint32_t kLeast = 10, kShare = 10;
   const std::uint32_t since = map_->next_keyframe_id - wheels_learned_at_;
@@ -139,10 +141,13 @@ std::optional<LearntWheels> MapJobs::MayLearnWheels() {
 
 void MapJobs::AddKeyframe(KeyframeProposal proposal) {
   hurry_.store(false, std::memory_order_relaxed);
-  Write([this, snapshot = map_, assess_scale = MayAssessScale(), wheels = MayLearnWheels(),
-         proposal =
-             std::move(proposal)] { return MapProposal(*snapshot, proposal, context_, assess_scale, wheels, hurry_); },
-        false);
+  const bool assess_scale = MayAssessScale();
+  const std::optional<LearntWheels> wheels = assess_scale ? MayLearnWheels() : std::nullopt;
+  Write(
+      [this, snapshot = map_, assess_scale, wheels, proposal = std::move(proposal)] {
+        return MapProposal(*snapshot, proposal, context_, assess_scale, wheels, hurry_);
+      },
+      false);
 }
 
 void MapJobs::MakeMetric(double log_scale, Timestamp stamp) {

@@ -48,6 +48,25 @@ std::optional<double> Unevenness(const std::vector<Eigen::Vector3d>& points) {
   return std::sqrt(std::max(0.0, squares - sum * sum / kCount) / (kCount - 1.0));
 }
 
+void AddFloor(const Map& map, const ScaleOptions& options, MapScale* scale) {
+  constexpr std::size_t kMinObservations = 3;
+  constexpr double kPointSigma = 0.03;  // m, how well one landmark shows the floor
+  std::vector<Eigen::Vector3d> points;  // in the order they were made
+  for (const auto& [id, landmark] : map.landmarks) {
+    if (landmark.observations.size() >= kMinObservations) points.push_back(landmark.p_map);
+  }
+  const FloorPoints floor = FindFloorPoints(points);
+  if (floor.indices.empty()) return;
+  const double height = map.keyframes.begin()->second.T_base_camera.translation.z();
+  constexpr double kLowest = 0.1;  // m, a camera that sees the floor at a useful angle
+  if (height < kLowest) return;
+  const std::optional<double> uneven = Unevenness(points);
+  const double sigma = Hypotenuse(Hypotenuse(options.height_sigma, uneven.value_or(0.0)),
+                                  kPointSigma / std::sqrt(static_cast<double>(floor.indices.size())));
+  scale->floor = ScaleMeasurement{floor.level / height, sigma / height};
+  scale->floor_in_parts = uneven.has_value();
+}
+
 bool Consistent(const std::vector<ScaleMeasurement>& sources) {
   constexpr double kSigmas = 3.0;
   for (std::size_t i = 0; i < sources.size(); ++i) {
@@ -80,25 +99,6 @@ std::vector<LeverArmSample> LinkedTrack(const Map& map) {
   return samples;
 }
 
-std::optional<ScaleMeasurement> ScaleByFloor(const Map& map, const ScaleOptions& options, bool only_if_even) {
-  constexpr std::size_t kMinObservations = 3;
-  constexpr double kPointSigma = 0.03;  // m, how well one landmark shows the floor
-  std::vector<Eigen::Vector3d> points;  // in the order they were made
-  for (const auto& [id, landmark] : map.landmarks) {
-    if (landmark.observations.size() >= kMinObservations) points.push_back(landmark.p_map);
-  }
-  const FloorPoints floor = FindFloorPoints(points);
-  if (floor.indices.empty()) return std::nullopt;
-  const double height = map.keyframes.begin()->second.T_base_camera.translation.z();
-  constexpr double kLowest = 0.1;  // m, a camera that sees the floor at a useful angle
-  if (height < kLowest) return std::nullopt;
-  const std::optional<double> uneven = Unevenness(points);
-  if (only_if_even && !uneven.has_value()) return std::nullopt;
-  const double sigma = Hypotenuse(Hypotenuse(options.height_sigma, uneven.value_or(0.0)),
-                                  kPointSigma / std::sqrt(static_cast<double>(floor.indices.size())));
-  return ScaleMeasurement{floor.level / height, sigma / height};
-}
-
 MapScale AssessScale(const Map& map, const ScaleOptions& options, const SystematicErrors& systematic) {
   MapScale scale;
   scale.track = EstimateScale(LinkedTrack(map));
@@ -109,9 +109,9 @@ MapScale AssessScale(const Map& map, const ScaleOptions& options, const Systemat
   }
   if (map.metric) {
     scale.laser = FromLaser(map, systematic);
-    scale.floor = ScaleByFloor(map, options, false);
+    AddFloor(map, options, &scale);
   } else if (scale.wheels.has_value()) {
-    scale.floor = ScaleByFloor(ScaledToMetric(map, scale.track->scale), options, false);
+    AddFloor(ScaledToMetric(map, scale.track->scale), options, &scale);
     if (scale.floor.has_value()) scale.floor->log_scale += scale.wheels->log_scale;
   }
   for (const auto& source : {scale.laser, scale.floor}) {

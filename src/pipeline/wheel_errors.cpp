@@ -109,6 +109,11 @@ std::vector<Share> LengthShares(const Map& map, KeyframeId first, const Measurem
   return shares;
 }
 
+Share ShareOf(const ScaleMeasurement& scale) {
+  const double information = 1.0 / (scale.sigma * scale.sigma), off = scale.log_scale;
+  return {information * off, information, information * off * off};
+}
+
 }  // namespace
 
 WheelErrors UnknownWheelErrors(const SystematicErrors& systematic) {
@@ -118,10 +123,7 @@ WheelErrors UnknownWheelErrors(const SystematicErrors& systematic) {
 WheelErrors LearnWheelErrors(const Map& map, KeyframeId first, const WheelErrors& prior, const WheelErrors& applied,
                              const std::optional<ScaleMeasurement>& floor, const MeasurementModel& model) {
   std::vector<Share> lengths = LengthShares(map, first, model);
-  if (lengths.empty() && floor.has_value()) {
-    const double information = 1.0 / (floor->sigma * floor->sigma), off = floor->log_scale;
-    lengths.push_back({information * off, information, information * off * off});
-  }
+  if (lengths.empty() && floor.has_value()) lengths.push_back(ShareOf(*floor));
   const Gaussian length = Fuse(lengths, {prior.log_length - applied.log_length, prior.length_sigma}, 2.0);
   const Gaussian turn = Fuse(TurnShares(map, first, model), {prior.log_turn - applied.log_turn, prior.turn_sigma}, 1.0);
   return {applied.log_length + length.mean, applied.log_turn + turn.mean, length.sigma, turn.sigma};

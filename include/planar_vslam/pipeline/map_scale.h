@@ -35,6 +35,7 @@ struct ScaleOptions {
 struct MapScale {
   std::optional<ScaleEstimate> track;  // wheels against the visual track
   std::optional<ScaleMeasurement> wheels, laser, floor;
+  bool floor_in_parts = false;  // the floor was seen on every quarter of the way: floor.sigma has its unevenness in it
   std::optional<ScaleMeasurement> fused;  // nothing where no source says anything
   // Whether the sources agree: each within 3 sigma of the others' mean. If not: slip, a wrong floor, a wrong mount.
   bool consistent = true;
@@ -42,10 +43,6 @@ struct MapScale {
 
 // The longest run of keyframes up to the newest that odometry links one after the other.
 std::vector<LeverArmSample> LinkedTrack(const Map& map);
-
-// By the camera's height over the floor that the landmarks of a metric map show; nothing where they show none. A floor
-// whose parts are at different heights says less. `only_if_even`: nothing where its parts cannot be told apart.
-std::optional<ScaleMeasurement> ScaleByFloor(const Map& map, const ScaleOptions& options, bool only_if_even);
 
 // `systematic`: the shares by which calibrated wheels and the laser read wrong throughout.
 MapScale AssessScale(const Map& map, const ScaleOptions& options, const SystematicErrors& systematic);
