@@ -27,7 +27,8 @@ class WheelErrorsTest : public ::testing::Test {
 
   // The world's map with wheels that read `length` and `turn` times the truth, and noise of `noise` of their model's.
   Map ReadWrong(double length, double turn, bool with_laser, double noise = 0.3) {
-    std::normal_distribution<double> deviation(0.0, noise);
+    std::normal_distribution<double> normal;
+    const auto deviation = [&] { return noise * normal(generator_); };
     Map map = world_.map;
     for (const KeyframeId id : map.keyframes.Ids()) {
       Keyframe& keyframe = map.keyframes.Edit(id);
@@ -38,8 +39,8 @@ class WheelErrorsTest : public ::testing::Test {
         keyframe.laser_links.front().motion.covariance = 1e-6 * Eigen::Matrix3d::Identity();
       }
       const Eigen::Matrix3d covariance = CovarianceWithFloor(link.motion, world_.odometry_noise);
-      const Eigen::Vector3d error = covariance.diagonal().cwiseSqrt().cwiseProduct(
-          Eigen::Vector3d(deviation(generator_), deviation(generator_), deviation(generator_)));
+      const Eigen::Vector3d error =
+          covariance.diagonal().cwiseSqrt().cwiseProduct(Eigen::Vector3d(deviation(), deviation(), deviation()));
       const Eigen::Vector3d factors(length, length, turn);
       link.motion.T_i_j = ExpSe2(factors.cwiseProduct(LogSe2(link.motion.T_i_j)) + error);
     }
