@@ -19,6 +19,24 @@ Loss Cauchy(double squared, double scale) {
   return {0.5 * c * std::log(sum), 1.0 / sum};
 }
 
+// The sum of logarithms of numbers of at least 1: products are cheap, their logarithm is not.
+class LogSum {
+ public:
+  void Add(double factor) {
+    constexpr double kLarge = 1e150;  // a factor of as much still fits
+    product_ *= factor;
+    if (product_ > kLarge) Close();
+  }
+  double Close() {
+    sum_ += std::log(product_);
+    product_ = 1.0;
+    return sum_;
+  }
+
+ private:
+  double product_ = 1.0, sum_ = 0.0;
+};
+
 // Jacobians for right perturbations -> for steps in the axes of the map.
 template <int Rows>
 Eigen::Matrix<double, Rows, 6> InMapAxes(const Eigen::Matrix<double, Rows, 6>& J, const Rigid3& T_map_base) {
@@ -54,7 +72,8 @@ double SchurSystem::Evaluate() {
 }
 
 double SchurSystem::EvaluatePixels() {
-  double cost = 0.0;
+  const double c = p_.options.pixel_loss * p_.options.pixel_loss;
+  LogSum losses;  // Cauchy's: c / 2 times the sum of log(1 + s / c)
   for (std::size_t l = 0; l < points_.size(); ++l) {
     const Eigen::Vector3d& p_map = p_.points[l].p_map;
     for (std::size_t i = points_[l].pixels_begin; i < points_[l].pixels_end; ++i) {
@@ -65,12 +84,12 @@ double SchurSystem::EvaluatePixels() {
       if (!(pixel.p_camera.z() > kMinDepth)) continue;
       pixel.e = pixel.inverse_sigma * (p_.camera.ProjectUndistorted(pixel.p_camera) - pixel.pixel);
       if (!p_.whitening.empty()) pixel.e = (p_.whitening[pixel.source] * pixel.e).eval();
-      const Loss loss = Cauchy(pixel.e.squaredNorm(), p_.options.pixel_loss);
-      pixel.weight = loss.weight;
-      cost += loss.cost;
+      const double sum = 1.0 + pixel.e.squaredNorm() / c;
+      pixel.weight = 1.0 / sum;
+      losses.Add(sum);
     }
   }
-  return cost;
+  return 0.5 * c * losses.Close();
 }
 
 double SchurSystem::EvaluateMotions() const {

@@ -10,15 +10,6 @@ namespace {
 
 constexpr double kLeastCurvature = 1e-6;  // of H's diagonal, for damping: nothing may be known of a direction
 
-// block -= U_a^T U_c, of a matrix with columns of `stride`.
-void SubtractProduct(const Eigen::Matrix<double, 3, 6, Eigen::RowMajor>& U_a,
-                     const Eigen::Matrix<double, 3, 6, Eigen::RowMajor>& U_c, double* block, Eigen::Index stride) {
-  for (int column = 0; column < 6; ++column, block += stride) {
-    const double c0 = U_c(0, column), c1 = U_c(1, column), c2 = U_c(2, column);
-    for (int row = 0; row < 6; ++row) block[row] -= U_a(0, row) * c0 + U_a(1, row) * c1 + U_a(2, row) * c2;
-  }
-}
-
 // K^-1 of A = K K^T, both lower triangular. False where A is not positive definite.
 bool InverseCholesky(const Eigen::Matrix3d& A, Eigen::Matrix3d* K_inverse) {
   if (!(A(0, 0) > 0.0)) return false;
@@ -98,16 +89,16 @@ void SchurSystem::Eliminate(PointSystem* point, double lambda) {
   }
   const Eigen::Vector3d u = point->K_inverse * point->b;
   U_.resize(point->views_end - point->views_begin);
+  rows_.resize(U_.size());
   for (std::size_t a = 0; a < U_.size(); ++a) {
     const FreeView& view = views_[point->views_begin + a];
     const Eigen::Matrix3d X = point->K_inverse * view.A;
     U_[a].leftCols<3>() = -X;
     U_[a].rightCols<3>() = TimesSkew(X, view.v);
-    r_.segment<6>(6 * view.slot).noalias() += U_[a].transpose() * u;
-    for (std::size_t c = 0; c <= a; ++c) {
-      SubtractProduct(U_[a], U_[c], &S_(6 * view.slot, 6 * views_[point->views_begin + c].slot), size_);
-    }
+    rows_[a] = 6 * view.slot;
+    r_.segment<6>(rows_[a]).noalias() += U_[a].transpose() * u;
   }
+  subtract_pairs_(U_, rows_, size_, S_.data());
 }
 
 void SchurSystem::BackSubstitute() {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "bundle_problem.h"
+#include "schur_kernel.h"
 
 namespace planar_vslam {
 
@@ -50,8 +51,6 @@ class SchurSystem {
     Eigen::Index slot;
   };
 
-  using ViewFactor = Eigen::Matrix<double, 3, 6, Eigen::RowMajor>;
-
   struct PointSystem {
     std::size_t pixels_begin = 0, pixels_end = 0;
     std::size_t views_begin = 0, views_end = 0;
@@ -79,7 +78,9 @@ class SchurSystem {
   std::vector<Pixel> pixels_;
   std::vector<PointSystem> points_;
   std::vector<FreeView> views_;
-  std::vector<ViewFactor> U_;  // of the views of one point
+  SubtractPairs subtract_pairs_ = SubtractPairsOf(BestInstructionSet());
+  std::vector<ViewFactor> U_;       // of the views of one point
+  std::vector<Eigen::Index> rows_;  // of S, where their blocks begin
   std::vector<CameraPose> cameras_;
   Eigen::MatrixXd H_, S_;  // of the poses, lower triangles: before and after elimination
   Eigen::VectorXd b_, r_;

@@ -31,8 +31,8 @@ Distorted DistortRadially(const CameraModel& camera, double x, double y) {
   const double under = 1.0 + r2 * (camera.k4 + r2 * (camera.k5 + r2 * camera.k6));
   const double d_over = camera.k1 + r2 * (2.0 * camera.k2 + r2 * 3.0 * camera.k3);
   const double d_under = camera.k4 + r2 * (2.0 * camera.k5 + r2 * 3.0 * camera.k6);
-  const double radial = over / under;
-  Distorted d = Scaled(x, y, radial, 2.0 * (d_over - radial * d_under) / under);
+  const double inverse = 1.0 / under, radial = over * inverse;
+  Distorted d = Scaled(x, y, radial, 2.0 * inverse * (d_over - radial * d_under));
   d.x += 2.0 * camera.p1 * x * y + camera.p2 * (r2 + 2.0 * x * x);
   d.y += camera.p1 * (r2 + 2.0 * y * y) + 2.0 * camera.p2 * x * y;
   d.dxx += 2.0 * camera.p1 * y + 6.0 * camera.p2 * x;
@@ -61,29 +61,30 @@ Distorted Distort(const CameraModel& camera, double x, double y) {
 }
 
 // The point of the plane z = 1 that the lens bends to `target`, by Newton from the centre: the steps are cut where they
-// would leave the disc around it over which the lens does not fold. Nothing where none is found in it.
+// would leave the disc around it over which the lens does not fold. Nothing where none is found in it. The lens bends
+// nothing at the centre, so the first step is `target` itself.
 std::optional<Eigen::Vector2d> Undistort(const CameraModel& camera, const Eigen::Vector2d& target) {
   constexpr int kRounds = 60;
   constexpr double kLongestStep = 0.5;  // on the plane z = 1: short against what a lens bends
+  constexpr double kLastStep = 1e-7;    // its square is what Newton leaves: nothing that has to be looked at
   const double tolerance = kUndistortTolerance / std::max(camera.fx, camera.fy);
-  Eigen::Vector2d point = Eigen::Vector2d::Zero();
-  Distorted d = Distort(camera, 0.0, 0.0);
+  Eigen::Vector2d point = Eigen::Vector2d::Zero(), step = target;
   for (int round = 0; round < kRounds; ++round) {
+    const double squared = step.squaredNorm();
+    if (squared < kLastStep * kLastStep) return Eigen::Vector2d(point + step);
+    if (squared > kLongestStep * kLongestStep) step *= kLongestStep / std::sqrt(squared);
+    Distorted d = Distort(camera, point.x() + step.x(), point.y() + step.y());
+    constexpr int kHalvings = 12;
+    for (int k = 0; k < kHalvings && d.folded(); ++k) {
+      step *= 0.5;
+      d = Distort(camera, point.x() + step.x(), point.y() + step.y());
+    }
+    if (d.folded()) return std::nullopt;
+    point += step;
     const Eigen::Vector2d error = target - Eigen::Vector2d(d.x, d.y);
     if (error.cwiseAbs().maxCoeff() < tolerance) return point;
     const double determinant = d.dxx * d.dyy - d.dxy * d.dxy;
-    Eigen::Vector2d step(d.dyy * error.x() - d.dxy * error.y(), d.dxx * error.y() - d.dxy * error.x());
-    step /= determinant;
-    step *= std::min(1.0, kLongestStep / step.norm());
-    Distorted next = Distort(camera, point.x() + step.x(), point.y() + step.y());
-    constexpr int kHalvings = 12;
-    for (int k = 0; k < kHalvings && next.folded(); ++k) {
-      step *= 0.5;
-      next = Distort(camera, point.x() + step.x(), point.y() + step.y());
-    }
-    if (next.folded() || !step.allFinite()) return std::nullopt;
-    point += step;
-    d = next;
+    step = Eigen::Vector2d(d.dyy * error.x() - d.dxy * error.y(), d.dxx * error.y() - d.dxy * error.x()) / determinant;
   }
   return std::nullopt;
 }
