@@ -107,6 +107,7 @@ void SchurSystem::Linearize() {
   H_.setZero(size_, size_);
   b_.setZero(size_);
   views_.clear();
+  views_.reserve(pixels_.size());
   for (std::size_t l = 0; l < points_.size(); ++l) LinearizePoint(&points_[l], p_.points[l].p_map);
   for (const std::size_t l : p_.floor_points) {
     const double inverse_sigma = 1.0 / p_.planar.sigma_floor_point, e = p_.points[l].p_map.z() * inverse_sigma;

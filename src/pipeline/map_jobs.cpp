@@ -121,7 +121,7 @@ void MapJobs::Write(std::function<MapChange()> job, bool corrects) {
 // The scale of a metric map is assessed for those who read the report, at the cost of a look at the whole map: in a
 // large one not at every keyframe.
 bool MapJobs::MayAssessScale() {
-  constexpr std::size_t kAtEvery = 200;  // keyframes in the map, up to which it is at every new one
+  constexpr std::size_t kAtEvery = 50;  // keyframes in the map, up to which it is at every new one
   const std::size_t since = map_->next_keyframe_id - scale_assessed_at_;
   if (map_->metric && since < map_->keyframes.size() / kAtEvery) return false;
   scale_assessed_at_ = map_->next_keyframe_id;
