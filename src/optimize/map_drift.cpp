@@ -37,7 +37,6 @@ class MapDrift::Settled {
 
 namespace {
 
-constexpr Eigen::Index kSystematic = 2;   // unknowns beside the poses
 constexpr std::size_t kAround = 100;      // keyframes: the robot takes a while to leave them
 constexpr std::size_t kMostActive = 600;  // keyframes: beyond, it is time to settle some
 
@@ -50,7 +49,7 @@ class Positions {
   bool Has(KeyframeId id) const { return at_[id.value] >= 0; }
   Eigen::Index Of(KeyframeId id) const { return at_[id.value]; }
   Eigen::Index systematic() const { return next_; }
-  Eigen::Index size() const { return next_ + kSystematic; }
+  Eigen::Index size() const { return next_ + kSystematicErrors; }
 
  private:
   std::vector<Eigen::Index> at_;
@@ -175,7 +174,7 @@ void MapDrift::Settled::Eliminate(const Map& map, const MapTies& ties, const Sys
   const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower, Eigen::NaturalOrdering<int>> factor(
       Assembled(positions.size(), entries));
   // The last rows of the factor are that of what is left once the rows before are eliminated.
-  const Eigen::Index left = 3 * static_cast<Eigen::Index>(border_.size()) + kSystematic;
+  const Eigen::Index left = 3 * static_cast<Eigen::Index>(border_.size()) + kSystematicErrors;
   const Eigen::SparseMatrix<double> L = factor.matrixL();
   const Eigen::MatrixXd L_left = Eigen::MatrixXd(L.bottomRightCorner(left, left));
   information_ = L_left * factor.vectorD().tail(left).asDiagonal() * L_left.transpose();

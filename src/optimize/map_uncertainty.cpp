@@ -13,7 +13,7 @@ Eigen::Matrix3d Symmetric(const Eigen::Matrix3d& block) { return 0.5 * (block + 
 
 MapUncertainty::MapUncertainty(const Map& map, const std::vector<MapTie>& ties, const SystematicErrors& systematic) {
   for (const auto& [id, keyframe] : map.keyframes) poses_.Insert(id, ProjectToPlane(keyframe.T_map_base));
-  size_ = static_cast<Eigen::Index>(3 * poses_.size() + 2);
+  size_ = static_cast<Eigen::Index>(3 * poses_.size()) + kSystematicErrors;
   std::vector<Eigen::Index> at(map.next_keyframe_id);  // by id
   Eigen::Index next = 0;
   for (const auto& [id, pose] : poses_) at[id.value] = std::exchange(next, next + 3);

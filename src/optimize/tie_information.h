@@ -9,6 +9,8 @@
 
 namespace planar_vslam {
 
+constexpr Eigen::Index kSystematicErrors = 3;  // unknowns beside the poses
+
 using InformationEntries = std::vector<Eigen::Triplet<double>>;
 
 // The unknowns of the tie's two poses start at `from` and `to`, the systematic errors at `systematic`.

@@ -4,8 +4,11 @@
 // from all that ties keyframes together (map_ties.h). Each tie between keyframes i and j is a relative pose with
 // information W, and with  e = Log(T_i_j^-1 T_map_i^-1 T_map_j),  de/dd_j = I,  de/dd_i = -Ad(T_i_j^-1):
 //   H = sum J^T W J,  the first keyframe fixed;  covariances are blocks of H^-1.
-// What wheels and laser each read long throughout, a share b of every motion they measured, are unknowns of H beside
-// the poses, with  de/db = -R_i_j^T t_i_j  and a prior of their own.
+// What wheels and laser each read long throughout, a share b of every motion they measured, and what wheels turn too
+// far, a share c, are unknowns of H beside the poses, with  de/db = -R_i_j^T t_i_j,  de/dc = -[0, 0, phi_i_j]  and a
+// prior of their own. Images do not know how long a way is, and what they make of it drifts with the landmarks from tie
+// to tie: between keyframes a way t apart their ties count for nothing along it, W^-1 grows by t t^T. Where a loop is
+// closed they do: there what the map is like between two keyframes is told, not how far it is from the truth.
 #include <Eigen/Core>
 #include <Eigen/SparseCholesky>
 #include <string>
