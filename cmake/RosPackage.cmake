@@ -11,11 +11,12 @@ file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/devel/lib/python3/dist-packages)
 find_package(catkin REQUIRED COMPONENTS
   roscpp std_msgs std_srvs geometry_msgs sensor_msgs nav_msgs map_msgs diagnostic_msgs
   tf2 tf2_ros tf2_msgs image_transport rosbag_storage message_generation)
-add_service_files(FILES SaveMap.srv)
-generate_messages()
+add_message_files(FILES Event.msg State.msg)
+add_service_files(FILES LoadMap.srv SaveMap.srv SetMode.srv)
+generate_messages(DEPENDENCIES std_msgs)
 catkin_package(
   INCLUDE_DIRS include planar/include mapping2d/include
-  CATKIN_DEPENDS message_runtime  # of SaveMap; the libraries bring the rest of what they need in ThirdParty.cmake
+  CATKIN_DEPENDS message_runtime  # of our own; the libraries bring the rest of what they need in ThirdParty.cmake
   CFG_EXTRAS planar_vslam-extras.cmake)
 
 set(pv_config_dir ${CATKIN_DEVEL_PREFIX}/share/planar_vslam/cmake)

@@ -1,5 +1,8 @@
 #include "converters.h"
 
+#include <fmt/format.h>
+
+#include <cmath>
 #include <cstring>
 
 namespace planar_vslam::ros_face {
@@ -61,6 +64,23 @@ geometry_msgs::PoseWithCovarianceStamped ToPoseWithCovariance(const std_msgs::He
     }
   }
   return message;
+}
+
+Expected<PoseWithTangentCovariance> ToPoseWithTangentCovariance(const geometry_msgs::PoseWithCovariance& pose) {
+  using RowMajor = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
+  const Matrix6d in_map = Eigen::Map<const RowMajor>(pose.covariance.data());
+  const auto& q = pose.pose.orientation;
+  Rigid3 T = ToRigid3(pose.pose);
+  const double norm = Eigen::Vector4d(q.x, q.y, q.z, q.w).norm();
+  if (!T.translation.allFinite() || !in_map.allFinite() || !std::isfinite(norm)) {
+    return Error{"pose: has a number that is not finite; expected finite ones"};
+  }
+  constexpr double kUnitTolerance = 0.01;  // of what people type
+  if (std::abs(norm - 1.0) > kUnitTolerance) {
+    return Error{fmt::format("pose: orientation has length {:.3g}; expected a unit quaternion", norm)};
+  }
+  T.rotation.normalize();
+  return PoseWithTangentCovariance{T, CovarianceInMapAxes(T.Inverse(), in_map)};
 }
 
 nav_msgs::OccupancyGrid ToOccupancyGrid(const std_msgs::Header& header, const OccupancyGrid2d& grid) {

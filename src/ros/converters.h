@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "planar_vslam/geometry/expected.h"
 #include "planar_vslam/map/map.h"
 #include "planar_vslam/mapping2d/grid.h"
 #include "planar_vslam/mapping2d/map_builder.h"
@@ -33,6 +34,12 @@ geometry_msgs::TransformStamped ToTransform(const std_msgs::Header& header, cons
 Matrix6d CovarianceInMapAxes(const Rigid3& T_map_base, const Matrix6d& covariance);
 geometry_msgs::PoseWithCovarianceStamped ToPoseWithCovariance(const std_msgs::Header& header, const Rigid3& T_map_base,
                                                               const Matrix6d& covariance);
+// The way back, with the covariance about the tangent; an Error where the orientation is none or a number is missing.
+struct PoseWithTangentCovariance {
+  Rigid3 T_map_base;
+  Matrix6d covariance;
+};
+Expected<PoseWithTangentCovariance> ToPoseWithTangentCovariance(const geometry_msgs::PoseWithCovariance& pose);
 
 nav_msgs::OccupancyGrid ToOccupancyGrid(const std_msgs::Header& header, const OccupancyGrid2d& grid);
 map_msgs::OccupancyGridUpdate ToGridUpdate(const std_msgs::Header& header, const OccupancyGrid2d& grid,

@@ -12,29 +12,11 @@
 namespace planar_vslam::ros_face {
 namespace {
 
-namespace fs = std::filesystem;
-
 // Whether `period` seconds have passed since `last`; takes note if so. A jump back of time counts as passed.
 bool IsDue(std::optional<Timestamp>* last, Timestamp now, double period) {
   if (last->has_value() && now > **last && SecondsBetween(**last, now) < period) return false;
   *last = now;
   return true;
-}
-
-// `name` below `directory`, with .yaml at its end.
-Expected<fs::path> ResolveMapName(const fs::path& directory, const std::string& name) {
-  fs::path relative(name);
-  if (relative.extension() == ".yaml") relative.replace_extension();
-  if (name.empty() || relative.filename().empty()) return Error{"name: is empty; expected a file name"};
-  if (relative.is_absolute())
-    return Error{fmt::format("name: '{}' is absolute; expected one below ~map_directory", name)};
-  const fs::path root = fs::weakly_canonical(directory);
-  const fs::path file = fs::weakly_canonical(root / relative);
-  const fs::path inside = file.lexically_relative(root);
-  if (inside.empty() || inside == "." || *inside.begin() == "..") {
-    return Error{fmt::format("name: '{}' leaves ~map_directory ({})", name, root.string())};
-  }
-  return fs::path(file.string() + ".yaml");
 }
 
 }  // namespace
@@ -65,6 +47,8 @@ void LocalizationPublisher::OnRestart() {
 
 void LocalizationPublisher::OnOdometry(const ros::Time& stamp) {
   const std::lock_guard<std::mutex> lock(mutex_);
+  // Stamps of tf only grow. A clock that went back starts anew, sooner here than the tracking thread hears of it.
+  if (stamp < odometry_stamp_ && (odometry_stamp_ - stamp).toSec() <= kTimeJumpSeconds) return;
   odometry_stamp_ = stamp;
 }
 
@@ -161,24 +145,10 @@ void MapPublisher::OnMapSubscriber(const ros::SingleSubscriberPublisher& subscri
   if (grid_.has_value()) subscriber.publish(ToOccupancyGrid(grid_header_, *grid_));
 }
 
-OccupancyGrid2d BuildGrid(const EstimatorSnapshot& snapshot, const PipelineOptions& options) {
-  return BuildNavigationMap(*snapshot.map, snapshot.camera, options.mapping2d,
-                            LandmarkAcceptance::For(options.pixel_sigma))
-      .Grid();
-}
-
-Expected<fs::path> SaveGrid(const EstimatorSnapshot& snapshot, const NodeSettings& settings, const std::string& name) {
-  const Expected<fs::path> file = ResolveMapName(settings.map_directory, name);
-  if (!file.ok()) return file;
-  if (!snapshot.map->metric) return Error{"the map's scale is not known yet; a grid needs metres"};
-  std::error_code failure;
-  fs::create_directories(file->parent_path(), failure);
-  if (failure) return Error{fmt::format("{}: {}", file->parent_path().string(), failure.message())};
-  const Expected<bool> written = WriteMapServerFiles(BuildGrid(snapshot, settings.pipeline), *file);
-  if (!written.ok()) return written.error();
-  const Expected<bool> saved = SaveMapFile(*snapshot.map, snapshot.camera, fs::path(*file).replace_extension(".pvm"));
-  if (!saved.ok()) return saved.error();
-  return *file;
+std::optional<nav_msgs::OccupancyGrid> MapPublisher::grid() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (!grid_.has_value()) return std::nullopt;
+  return ToOccupancyGrid(grid_header_, *grid_);
 }
 
 DiagnosticsPublisher::DiagnosticsPublisher(ros::NodeHandle* node, const InputQueue& queue)

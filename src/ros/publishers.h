@@ -1,5 +1,6 @@
 #pragma once
 // What the node says: where the robot is, what the world looks like, how it is doing.
+#include <nav_msgs/OccupancyGrid.h>
 #include <ros/node_handle.h>
 #include <tf2_ros/transform_broadcaster.h>
 
@@ -48,6 +49,8 @@ class MapPublisher {
   void OnFrame(const TrackingLoop& loop, Timestamp stamp);
   // The map so far is void: subscribers get a grid of unknown cells, and no points, path and keyframes.
   void OnRestart();
+  // As published last; nothing before, and after a restart.
+  std::optional<nav_msgs::OccupancyGrid> grid();
 
  private:
   // `generation`: of maps, as it was when the snapshot was taken.
@@ -66,12 +69,6 @@ class MapPublisher {
   std::atomic<bool> building_{false};
   WorkerExecutor builder_;  // last: its jobs end before the rest goes
 };
-
-OccupancyGrid2d BuildGrid(const EstimatorSnapshot& snapshot, const PipelineOptions& options);
-
-// Writes the grid as `name`.yaml and .pgm below the node's map directory; names that leave it are refused.
-Expected<std::filesystem::path> SaveGrid(const EstimatorSnapshot& snapshot, const NodeSettings& settings,
-                                         const std::string& name);
 
 // `/diagnostics` once a second of wall time, so that a stopped clock shows too.
 class DiagnosticsPublisher {

@@ -14,8 +14,6 @@ namespace {
 // How long an input waits for tf, camera_info or odometry, in time of its own stream. A robot's messages arrive up to a
 // few hundred milliseconds after their stamp.
 constexpr double kPatienceSeconds = 2.0;
-// Stamps that go back further than messages ever overtake each other: a recording has been started again.
-constexpr double kTimeJumpSeconds = 1.0;
 // tf is asked about inputs that wait, never about older ones.
 constexpr double kTfCacheSeconds = 30.0;
 
@@ -34,15 +32,19 @@ void TrackingLoop::Handle(const Input& input) {
   Drain();
 }
 
-void TrackingLoop::Restart() {
+void TrackingLoop::ForgetInput() {
   images_.clear();
   odometry_.clear();
   scans_.clear();
   newest_ = {};
   odometry_messages_ = io::OdometryMessages();
   odometry_survey_ = {};
-  if (estimator_ != nullptr) estimator_->Restart();
   waiting_for_.clear();
+}
+
+void TrackingLoop::Restart() {
+  ForgetInput();
+  if (estimator_ != nullptr) estimator_->Restart();
   events_.on_restart();
 }
 
@@ -86,7 +88,7 @@ bool TrackingLoop::AcceptStamp(Stream stream, const ros::Time& stamp) {
 
 template <class Message>
 void TrackingLoop::AddImage(const Message& image) {
-  if (!AcceptStamp(Stream::kImage, image->header.stamp)) return;
+  if (paused_ || !AcceptStamp(Stream::kImage, image->header.stamp)) return;
   images_.push_back({ToTimestamp(image->header.stamp), io::FrameName(image->header.frame_id),
                      [image, depth = &depth_] { return io::ToGrayImage(*image, depth); }});
 }

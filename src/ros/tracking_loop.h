@@ -1,6 +1,7 @@
 #pragma once
 // The tracking thread's work: messages become measurements, through tf, and go to the Estimator one after the other.
 // Knows no threads.
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <tf2/buffer_core.h>
 
 #include <array>
@@ -19,6 +20,9 @@
 
 namespace planar_vslam::ros_face {
 
+// Stamps that go back further than messages ever overtake each other: a recording has been started again.
+constexpr double kTimeJumpSeconds = 1.0;
+
 struct TrackingEvents {
   std::function<void(const FrameReport&)> on_frame;
   std::function<void()> on_restart;                        // map and poses so far are void
@@ -33,6 +37,18 @@ class TrackingLoop {
   void Handle(const Input& input);
   // Drops the map and starts over.
   void Restart();
+  // Commands that may come at any time. One that cannot be carried out is an Error of one line and changes nothing.
+  Expected<bool> LoadMap(const SavedMap& saved);
+  Expected<bool> SetMode(RunMode mode);
+  Expected<bool> StartAt(const geometry_msgs::PoseWithCovarianceStamped& pose);
+  Expected<bool> AdjustMap();
+  // Forgets where the robot is, not the map. In mode localization only: a map that grows has to know.
+  Expected<bool> FindPlaceAnew();
+  // A pause is as if the camera were silent.
+  void Pause(bool paused);
+  bool paused() const { return paused_; }
+  RunMode mode() const { return estimator_ != nullptr ? estimator_->mode() : settings_.pipeline.mode; }
+
   // Nothing while there is no map.
   std::optional<EstimatorSnapshot> Snapshot() const;
 
@@ -82,6 +98,9 @@ class TrackingLoop {
   // Whether an image needs what has come in.
   bool ImageWaits() const;
   void StartEstimator();
+  // The estimator, made now if there is none yet; an Error while the camera is not known.
+  Expected<Estimator*> RequireEstimator();
+  void ForgetInput();
   void Report(const std::vector<FrameReport>& frames);
   // T_parent_child at `stamp`; nothing while tf does not reach that far.
   std::optional<Rigid3> LookUp(const std::string& parent, const std::string& child, Timestamp stamp) const;
@@ -100,6 +119,7 @@ class TrackingLoop {
   io::OdometrySurvey odometry_survey_;
   io::GreyDepth depth_;  // of the images
   std::unique_ptr<Estimator> estimator_;
+  bool paused_ = false;
   bool refused_ = false;  // the map to start from does not fit
   std::string waiting_for_;
   std::map<std::string, long> unused_;

@@ -1,14 +1,13 @@
 // A recorded drive played to slam_node on simulated time, against the command line's results on the same bag.
-#include <diagnostic_msgs/DiagnosticArray.h>
 #include <fmt/format.h>
-#include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <gtest/gtest.h>
+#include <nav_msgs/GetMap.h>
 #include <nav_msgs/OccupancyGrid.h>
+#include <planar_vslam/LoadMap.h>
 #include <planar_vslam/SaveMap.h>
+#include <planar_vslam/SetMode.h>
 #include <ros/ros.h>
-#include <rosbag/bag.h>
-#include <rosbag/view.h>
-#include <rosgraph_msgs/Clock.h>
+#include <std_srvs/Empty.h>
 #include <std_srvs/Trigger.h>
 #include <tf2/buffer_core.h>
 #include <tf2_ros/transform_listener.h>
@@ -16,115 +15,23 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <condition_variable>
 #include <cstdlib>
 #include <map>
-#include <mutex>
 #include <thread>
 
 #include "planar_vslam/io/trajectory.h"
 #include "planar_vslam/mapping2d/grid.h"
+#include "replay_testing.h"
 #include "support/support.h"
 
 namespace planar_vslam::test {
 namespace {
 
-using PoseMessage = geometry_msgs::PoseWithCovarianceStamped;
-
 constexpr double kDriveSeconds = 12.0;
-constexpr double kPlayRate = 2.0;
-constexpr std::chrono::seconds kTrackingTimeout(300);
 
 void Execute(const std::string& command) {
   if (std::system(command.c_str()) != 0) throw std::runtime_error("failed: " + command);
 }
-
-// Everything the node publishes that the tests look at.
-class Listener {
- public:
-  Listener() {
-    ros::NodeHandle node;
-    subscribers_.push_back(node.subscribe<PoseMessage>("pose", 0, [this](const PoseMessage::ConstPtr& pose) {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      poses_[pose->header.stamp] = *pose;
-      changed_.notify_all();
-    }));
-    subscribers_.push_back(
-        node.subscribe<nav_msgs::OccupancyGrid>("map", 1, [this](const nav_msgs::OccupancyGrid::ConstPtr& map) {
-          const std::lock_guard<std::mutex> lock(mutex_);
-          grid_ = *map;
-        }));
-    subscribers_.push_back(node.subscribe<diagnostic_msgs::DiagnosticArray>(
-        "/diagnostics", 10, [this](const diagnostic_msgs::DiagnosticArray::ConstPtr& diagnostics) {
-          const std::lock_guard<std::mutex> lock(mutex_);
-          for (const auto& pair : diagnostics->status.at(0).values) diagnostics_[pair.key] = pair.value;
-        }));
-  }
-
-  bool WaitForPose(const ros::Time& stamp) {
-    std::unique_lock<std::mutex> lock(mutex_);
-    return changed_.wait_for(lock, kTrackingTimeout,
-                             [&] { return !poses_.empty() && poses_.rbegin()->first >= stamp; });
-  }
-  std::map<ros::Time, PoseMessage> poses() const {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return poses_;
-  }
-  nav_msgs::OccupancyGrid grid() const {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return grid_;
-  }
-  std::map<std::string, std::string> diagnostics() const {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return diagnostics_;
-  }
-
- private:
-  mutable std::mutex mutex_;
-  std::condition_variable changed_;
-  std::map<ros::Time, PoseMessage> poses_;
-  nav_msgs::OccupancyGrid grid_;
-  std::map<std::string, std::string> diagnostics_;
-  std::vector<ros::Subscriber> subscribers_;
-};
-
-// Publishes a bag and its clock.
-class Player {
- public:
-  explicit Player(const std::filesystem::path& path) : bag_(path.string()), view_(bag_) {
-    ros::NodeHandle node;
-    clock_ = node.advertise<rosgraph_msgs::Clock>("/clock", 10);
-    for (const rosbag::ConnectionInfo* connection : view_.getConnections()) {
-      ros::AdvertiseOptions options(connection->topic, 0, connection->md5sum, connection->datatype,
-                                    connection->msg_def);
-      options.latch = connection->topic == "/tf_static";
-      publishers_.emplace(connection->topic, node.advertise(options));
-    }
-  }
-
-  void Play() {
-    for (const auto& [topic, publisher] : publishers_) {
-      while (ros::ok() && publisher.getNumSubscribers() == 0)
-        std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    }
-    const auto start = std::chrono::steady_clock::now();
-    for (const rosbag::MessageInstance& message : view_) {
-      const double seconds = (message.getTime() - view_.getBeginTime()).toSec() / kPlayRate;
-      std::this_thread::sleep_until(start + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
-                                                std::chrono::duration<double>(seconds)));
-      rosgraph_msgs::Clock clock;
-      clock.clock = message.getTime();
-      clock_.publish(clock);
-      publishers_.at(message.getTopic()).publish(message);
-    }
-  }
-
- private:
-  rosbag::Bag bag_;
-  rosbag::View view_;
-  ros::Publisher clock_;
-  std::map<std::string, ros::Publisher> publishers_;
-};
 
 Rigid3 PoseOf(const PoseMessage& message) {
   const auto& p = message.pose.pose.position;
@@ -274,10 +181,35 @@ TEST_F(Replay, MapsAreNotSavedElsewhere) {
   }
 }
 
+TEST_F(Replay, StateSaysHowWellThePlaceIsKnown) {
+  const State state = listener_->state();
+  EXPECT_EQ(state.header.frame_id, "map");
+  EXPECT_EQ(state.mode, "mapping");
+  EXPECT_EQ(state.localised_by, "camera");
+  EXPECT_GT(state.quality, 0.5);
+  EXPECT_LE(state.quality, 1.0);
+  EXPECT_GT(state.covariance[0], 0.0);
+  EXPECT_GE(state.time_since_fix, 0.0);
+  EXPECT_EQ(state.paused, 0);
+}
+
+TEST_F(Replay, StaticMapIsTheGrid) {
+  nav_msgs::GetMap call;
+  ASSERT_TRUE(ros::service::call("static_map", call));
+  EXPECT_EQ(call.response.map.info.width, listener_->grid().info.width);
+  EXPECT_EQ(call.response.map.data.size(), std::size_t{call.response.map.info.width} * call.response.map.info.height);
+}
+
+std::string Trigger(const std::string& service, bool expected) {
+  std_srvs::Trigger call;
+  EXPECT_TRUE(ros::service::call(service, call)) << service;
+  EXPECT_EQ(call.response.success != 0, expected) << service << ": " << call.response.message;
+  EXPECT_FALSE(call.response.message.empty()) << service;
+  return call.response.message;
+}
+
 TEST_F(Replay, ResetDropsTheMap) {
-  std_srvs::Trigger reset;
-  ASSERT_TRUE(ros::service::call("reset", reset));
-  EXPECT_TRUE(reset.response.success);
+  Trigger("reset", true);
   EXPECT_FALSE(Save("after_reset").success);
   // Who has subscribed is told that nothing is known any more.
   const auto knows_something = [this] {
@@ -287,6 +219,50 @@ TEST_F(Replay, ResetDropsTheMap) {
   for (int i = 0; i < 250 && knows_something(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(20));
   EXPECT_FALSE(listener_->grid().data.empty());
   EXPECT_FALSE(knows_something());
+}
+
+SetMode::Response ChangeMode(const std::string& mode) {
+  SetMode call;
+  call.request.mode = mode;
+  EXPECT_TRUE(ros::service::call("set_mode", call));
+  return call.response;
+}
+
+LoadMap::Response Load(const std::string& name) {
+  LoadMap call;
+  call.request.name = name;
+  EXPECT_TRUE(ros::service::call("load_map", call));
+  return call.response;
+}
+
+TEST_F(Replay, MapsAreLoadedFromTheMapDirectoryAlone) {
+  for (const char* name : {"rooms/lab", "rooms/lab.pvm", "rooms/lab"}) {
+    const LoadMap::Response response = Load(name);
+    EXPECT_TRUE(response.success) << response.message;
+  }
+  for (const std::string name : {"", "..", "/etc/passwd", "../lab", "nothing_there", "rooms/lab.yaml", "rooms/"}) {
+    const LoadMap::Response response = Load(name);
+    EXPECT_FALSE(response.success) << name;
+    EXPECT_EQ(response.message.find('\n'), std::string::npos) << response.message;
+  }
+  EXPECT_TRUE(Save("still_there").success);
+}
+
+TEST_F(Replay, ServicesDoWhatTheyAreToldOrSayWhyNot) {
+  std_srvs::Empty nothing;
+  EXPECT_FALSE(ros::service::call("global_localization", nothing)) << "the map grows";
+  Trigger("global_bundle_adjustment", true);
+  Trigger("pause", true);
+  Trigger("resume", true);
+  for (const std::string mode : {"", "flying", "Localization", "localization "}) {
+    const SetMode::Response response = ChangeMode(mode);
+    EXPECT_FALSE(response.success) << mode;
+    EXPECT_NE(response.message.find("expected mapping or localization"), std::string::npos) << response.message;
+  }
+  EXPECT_TRUE(ChangeMode("localization").success);
+  Trigger("global_bundle_adjustment", false);
+  EXPECT_TRUE(ros::service::call("global_localization", nothing));
+  EXPECT_TRUE(ChangeMode("mapping").success);
 }
 
 }  // namespace

@@ -86,4 +86,47 @@ inline Input Odometry(const ros::Time& stamp, int position) {
 }
 inline Input OdometryAt(int number) { return Odometry(StampOf(number), number); }
 
+inline NodeSettings Settings(OdometrySource odometry = OdometrySource::kTopic) {
+  NodeSettings settings;
+  settings.odometry = odometry;
+  settings.lossless = true;  // jobs run inline: a drive always goes the same way
+  return settings;
+}
+
+// A loop, and what it told.
+class Robot {
+ public:
+  explicit Robot(const NodeSettings& settings = Settings())
+      : loop(settings, "image",
+             {[this](const FrameReport& report) { reports.push_back(report); }, [this] { ++restarts; },
+              [this](const std::string& reason) { refusals.push_back(reason); }}) {}
+
+  void Handle(const Input& input) { loop.Handle(input); }
+  void Begin() {
+    Handle(CameraInfo());
+    Handle(CameraTransform());
+  }
+  void Drive(int from, int to) {
+    for (int i = from; i < to; ++i) {
+      Handle(OdometryAt(i));
+      Handle(ImageAt(i));
+    }
+  }
+  // How often input was not used for a reason that begins so.
+  long Unused(const std::string& reason) const {
+    long sum = 0;
+    for (const auto& [name, count] : loop.unused()) sum += name.rfind(reason, 0) == 0 ? count : 0;
+    return sum;
+  }
+  bool Tracks() const {
+    return !reports.empty() && reports.back().state == TrackingState::kTracking && reports.back().metric &&
+           loop.map() != nullptr;
+  }
+
+  std::vector<FrameReport> reports;
+  int restarts = 0;
+  std::vector<std::string> refusals;
+  TrackingLoop loop;
+};
+
 }  // namespace planar_vslam::ros_face

@@ -1,0 +1,128 @@
+#include "slam_app.h"
+
+#include <image_transport/image_transport.h>
+
+#include <optional>
+#include <utility>
+
+#include "planar_vslam/io/message_values.h"
+#include "publishers.h"
+#include "services.h"
+#include "state_publisher.h"
+#include "tracking_thread.h"
+
+namespace planar_vslam::ros_face {
+
+class SlamApp::Implementation {
+ public:
+  Implementation(const ros::NodeHandle& node, const NodeSettings& settings,
+                 std::function<void(const std::string&)> on_map_refused)
+      : settings_(settings),
+        node_(node),
+        localization_(&node_, settings),
+        maps_(&node_, settings),
+        state_(&node_, settings),
+        tracking_(settings, node_.resolveName("image"),
+                  {[this](const FrameReport& report) { reports_.push_back(report); }, [this] { OnRestart(); },
+                   std::move(on_map_refused)},
+                  [this](const TrackingLoop& loop) { OnInput(loop); }),
+        diagnostics_(&node_, tracking_.queue()),
+        services_(std::in_place, node_, settings, &tracking_, &maps_) {
+    Subscribe();
+    tracking_.Start();
+  }
+  ~Implementation() {
+    tracking_.Stop();
+    services_.reset();
+  }
+  Implementation(const Implementation&) = delete;
+  Implementation& operator=(const Implementation&) = delete;
+
+ private:
+  // Messages roscpp itself keeps; the node's own queue decides what is dropped.
+  std::uint32_t Backlog() const { return settings_.lossless ? 0 : 100; }
+
+  void Subscribe() {
+    SubscribeImages();
+    Forward<sensor_msgs::CameraInfo>("camera_info");
+    for (const bool is_static : {false, true}) {
+      const auto push = [this, is_static](const tf2_msgs::TFMessageConstPtr& tf) {
+        if (settings_.odometry == OdometrySource::kTf) NoteOdometry(*tf);
+        tracking_.Push(TfInput{tf, is_static});
+      };
+      subscribers_.push_back(node_.subscribe<tf2_msgs::TFMessage>(is_static ? "/tf_static" : "/tf", Backlog(), push));
+    }
+    if (!settings_.with_odometry()) return;
+    Forward<sensor_msgs::LaserScan>("scan");
+    if (settings_.odometry != OdometrySource::kTopic) return;
+    const auto push = [this](const nav_msgs::OdometryConstPtr& odometry) {
+      localization_.OnOdometry(odometry->header.stamp);
+      tracking_.Push(odometry);
+    };
+    subscribers_.push_back(node_.subscribe<nav_msgs::Odometry>("odom", Backlog(), push));
+  }
+
+  template <class Message>
+  void Forward(const std::string& topic) {
+    using Pointer = boost::shared_ptr<const Message>;
+    const auto push = [this](const Pointer& message) { tracking_.Push(message); };
+    subscribers_.push_back(node_.subscribe<Message>(topic, Backlog(), push));
+  }
+
+  // Compressed images need no plugin: they are decoded here.
+  void SubscribeImages() {
+    if (settings_.image_transport == "compressed") {
+      Forward<sensor_msgs::CompressedImage>(node_.resolveName("image") + "/compressed");
+      return;
+    }
+    const auto push = [this](const sensor_msgs::ImageConstPtr& image) { tracking_.Push(image); };
+    image_ = image_transport::ImageTransport(node_).subscribe(
+        "image", Backlog(), push, ros::VoidPtr(), image_transport::TransportHints(settings_.image_transport));
+  }
+
+  void NoteOdometry(const tf2_msgs::TFMessage& tf) {
+    for (const geometry_msgs::TransformStamped& transform : tf.transforms) {
+      if (io::FrameName(transform.header.frame_id) != settings_.pipeline.topics.odom_frame) continue;
+      localization_.OnOdometry(transform.header.stamp);
+    }
+  }
+
+  // On the tracking thread.
+  void OnInput(const TrackingLoop& loop) {
+    for (const FrameReport& report : reports_) {
+      localization_.OnFrame(report);
+      state_.OnFrame(report, loop);
+      diagnostics_.OnFrame(report);
+      maps_.OnFrame(loop, report.stamp);
+    }
+    reports_.clear();
+    state_.OnInput(loop);
+    diagnostics_.OnInput(loop);
+  }
+  void OnRestart() {
+    reports_.clear();
+    localization_.OnRestart();
+    state_.OnRestart();
+    maps_.OnRestart();
+  }
+
+  const NodeSettings settings_;
+  ros::NodeHandle node_;
+  std::vector<FrameReport> reports_;  // of the input at hand; of the tracking thread
+  LocalizationPublisher localization_;
+  MapPublisher maps_;
+  StatePublisher state_;
+  TrackingThread tracking_;
+  DiagnosticsPublisher diagnostics_;
+  std::optional<Services> services_;
+  std::vector<ros::Subscriber> subscribers_;
+  image_transport::Subscriber image_;
+};
+
+SlamApp::SlamApp(const ros::NodeHandle& node, const NodeSettings& settings,
+                 std::function<void(const std::string&)> on_map_refused)
+    : implementation_(std::make_unique<Implementation>(node, settings, std::move(on_map_refused))) {}
+
+SlamApp::~SlamApp() = default;
+
+}  // namespace planar_vslam::ros_face

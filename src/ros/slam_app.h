@@ -1,0 +1,27 @@
+#pragma once
+// Tracking and mapping with its topics and services: what node and nodelet have in common.
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "parameters.h"
+
+namespace planar_vslam::ros_face {
+
+class SlamApp {
+ public:
+  // `on_map_refused`: ~map_file does not fit the camera; nothing is tracked until
+  // another map is loaded. Throws image_transport::TransportLoadException where that plugin is missing.
+  SlamApp(const ros::NodeHandle& node, const NodeSettings& settings,
+          std::function<void(const std::string&)> on_map_refused);
+  ~SlamApp();
+  SlamApp(const SlamApp&) = delete;
+  SlamApp& operator=(const SlamApp&) = delete;
+
+ private:
+  class Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace planar_vslam::ros_face
