@@ -89,7 +89,8 @@ TrackResult Tracker::Track(const TrackInput& input, const Map& map) {
   places_.ForgetSeen();
   FrameTrack frame(context_, input, map, last_.has_value() ? &*last_ : nullptr, floor_.on_floor());
   TrackResult result;
-  if (FindFirstPose(map, &frame) && frame.TrackLocalMap() && !frame.IsLookAlike()) {
+  const auto may_be = [&] { return input.may_jump || (localized() && !frame.IsJump()); };
+  if (FindFirstPose(map, &frame) && frame.TrackLocalMap() && !frame.IsLookAlike() && may_be()) {
     places_.Forget();
     result = frame.Found();
     if (localized() && last_->given) {  // what was off is the pose that was given, not odometry

@@ -169,8 +169,10 @@ std::optional<Rigid2> PlaceBelief::Believed() const {
   return hypotheses_.front().T_map_base;
 }
 
+bool PlaceBelief::SeesEnough() const { return HasField() && points_.size() >= kFewestPoints; }
+
 bool PlaceBelief::Contradicts(const Rigid2& T_map_base) const {
-  if (!HasField() || points_.size() < kFewestPoints) return false;
+  if (!SeesEnough()) return false;
   return Climb(*field_, points_, T_map_base).log_odds < kRefuted || Crossed(T_map_base) > kMostCrossed;
 }
 

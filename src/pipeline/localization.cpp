@@ -118,6 +118,8 @@ void Localization::Track(const FramePacket& packet, KeyframeSlot slot, TrackedFr
   const bool found = FindPlace(packet, *frame, grows);
   TrackInput input{packet.image.stamp, frame->features, packet.T_base_camera, frame->step, slot};
   if (found) input.odometry = PlanarMotion{};  // the frame is where it was found
+  const bool has_floor = model_.planar.mode != PlanarMode::kOff;
+  input.may_jump = !finder_.has_value() || finder_->ByLaser() || !has_floor;
   if (!grows && input.odometry.has_value()) input.fix = FixByLaser(packet, *input.odometry);
   frame->track = tracker_.Track(input, *map_);
   if (found) frame->track.jumped = true;
@@ -132,8 +134,8 @@ void Localization::Track(const FramePacket& packet, KeyframeSlot slot, TrackedFr
   const bool declared = found || (was_localized && !grows && report->state == TrackingState::kTracking &&
                                   input.odometry.has_value() && Jumps(track, *input.odometry, packet.image.stamp));
   if (declared) report->state = TrackingState::kRelocalized;
-  unconfirmed_ =
-      report->state == TrackingState::kOdometry || report->state == TrackingState::kLost ? unconfirmed_ + 1 : 0;
+  const bool by_images = track.status == TrackingState::kTracking || track.status == TrackingState::kRelocalized;
+  unconfirmed_ = by_images || fixed ? 0 : unconfirmed_ + 1;
   report->inliers = track.inliers;
   report->covariance = track.covariance + CovarianceOfMapAt(track.T_map_base, *map_, accuracy_, options_.mount);
   report->odometry_rejected = track.odometry_rejected;
@@ -154,14 +156,25 @@ bool Localization::FindPlace(const FramePacket& packet, const TrackedFrame& fram
     finder_.reset();
     return false;
   }
-  if (!finder_.has_value()) finder_.emplace(map_laser_.field, tracker_.localized());
+  if (!finder_.has_value()) {
+    std::optional<Rigid2> expected;
+    if (tracker_.localized()) expected = ProjectToPlane(last_.T_map_base);
+    finder_.emplace(map_laser_.field, expected);
+  }
   finder_->Add(packet, frame.step->T_i_j);
   const std::optional<PlanarFix> found = finder_->Found();
   if (!found.has_value()) return false;
   Matrix6d covariance = Matrix6d::Zero();
   covariance(kPlanarRows, kPlanarRows) = found->covariance;
+  // Until the camera follows from there, the images of the last metres go on to tell.
+  std::optional<PlaceFinder> by_sight;
+  if (!finder_->ByLaser()) by_sight = std::move(finder_);
   StartAt(Embed3(found->T_map_base), covariance);
   last_.leads_from = packet.image.stamp;
+  if (by_sight.has_value()) {
+    finder_ = std::move(by_sight);
+    unconfirmed_ = kPatience;
+  }
   return true;
 }
 
@@ -170,7 +183,8 @@ void Localization::WeighView(const FramePacket& packet, bool was_localized, Trac
   const TrackResult& track = frame->track;
   const bool by_sight = track.status == TrackingState::kTracking || track.status == TrackingState::kRelocalized;
   if (!by_sight) {
-    finder_->AddView(ViewOf(packet, *frame), *map_, tracker_.seen_places());
+    if (finder_->ByLaser() || model_.planar.mode != PlanarMode::kOff)
+      finder_->AddView(ViewOf(packet, *frame), *map_, tracker_.seen_places());
   } else if ((!was_localized || track.jumped) && finder_->Contradicts(track.T_map_base)) {
     tracker_.StartUnlocalized();
     frame->track = TrackResult{};

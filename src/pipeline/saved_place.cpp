@@ -34,6 +34,9 @@ MapLaser LaserOf(const Map& map, const ScanMatchOptions& options) {
 
 void PlaceFinder::Add(const FramePacket& packet, const Rigid2& step) {
   belief_.Move(step);
+  if (sight_.has_value()) sight_->Move(step);
+  if (expected_.has_value()) expected_ = *expected_ * step;
+  ++packets_;
   for (const ScanPacket& scan : packet.scans) belief_.AddSweep(scan.scan, scan.T_base_laser, scan.T_frame_base);
 }
 
@@ -76,6 +79,18 @@ double PlaceFinder::Excess(const std::vector<Sighting>& sightings, std::size_t o
 }
 
 void PlaceFinder::AddView(const CameraView& view, const Map& map, const std::vector<Placement>& seen) {
+  if (ByLaser()) return AddViewBesideLaser(view, map, seen);
+  constexpr int kPatience = 10;  // packets: a laser turns more slowly than images come
+  if (waits_for_sweeps_ && packets_ <= kPatience) return;
+  if (!sight_.has_value()) sight_.emplace(std::make_shared<const LandmarkTable>(map), expected_);
+  if (!sight_->WantsView()) return;
+  std::vector<Rigid2> suggested;
+  for (const Placement& placement : seen) suggested.push_back(ProjectToPlane(placement.T_map_base));
+  sight_->AddView(view, map, suggested);
+  viewed_ = true;
+}
+
+void PlaceFinder::AddViewBesideLaser(const CameraView& view, const Map& map, const std::vector<Placement>& seen) {
   if (!belief_.WantsView()) return;
   constexpr std::size_t kContenders = 6;
   constexpr double kBehind = 12.0;  // log odds behind the best: few views bring such a place back
@@ -96,15 +111,19 @@ void PlaceFinder::AddView(const CameraView& view, const Map& map, const std::vec
   belief_.AddView(places);
 }
 
-std::optional<PlanarFix> PlaceFinder::Found() const {
-  const std::optional<Rigid2> T_map_base = belief_.Believed();
-  if (!T_map_base.has_value()) return std::nullopt;
+std::optional<PlanarFix> PlaceFinder::Found() {
   constexpr double kPosition = 0.10;  // m: the field's cells, and odometry over the sweeps
   constexpr double kAngle = DegreesToRadians(2.0);
-  constexpr double kPositionBySight = 0.25;  // m: PnP of few inliers
-  constexpr double kAngleBySight = DegreesToRadians(4.0);
-  const bool by_laser = belief_.hypotheses().front().fit > 0.0;
-  return PlanarFix{*T_map_base, by_laser ? Diagonal(kPosition, kAngle) : Diagonal(kPositionBySight, kAngleBySight)};
+  constexpr double kPositionBySight = 0.15;  // m: landmarks seen from elsewhere than the map did, and odometry
+  constexpr double kAngleBySight = DegreesToRadians(2.0);
+  if (const std::optional<Rigid2> by_laser = belief_.Believed())
+    return PlanarFix{*by_laser, Diagonal(kPosition, kAngle)};
+  if (ByLaser() || !viewed_) return std::nullopt;
+  viewed_ = false;
+  const std::optional<Rigid2> by_sight = sight_->Believed();
+  if (!by_sight.has_value()) return std::nullopt;
+  sight_->Expect(*by_sight);
+  return PlanarFix{*by_sight, Diagonal(kPositionBySight, kAngleBySight)};
 }
 
 // The best of all poses around. Nothing where none explains the sweep, or several do.

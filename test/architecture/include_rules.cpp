@@ -24,7 +24,7 @@ const std::map<std::string, std::set<std::string>>& Graph() {
       {"recognition", {"optimize"}},
       {"frontend", {"recognition"}},
       {"backend", {"recognition"}},
-      {"localize", {"planar"}},
+      {"localize", {"recognition"}},
       {"mapping2d", {"geometry"}},
       {"pipeline", {"frontend", "backend", "localize", "mapping2d"}},
       {"io", {"pipeline"}},

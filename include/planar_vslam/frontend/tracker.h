@@ -102,6 +102,7 @@ struct TrackInput {
   std::optional<PlanarMotion> odometry;  // since the last tracked frame
   KeyframeSlot slot = KeyframeSlot::kFree;
   std::optional<PlanarFix> fix{};  // of the base at this frame
+  bool may_jump = true;            // whether the first pose, or one far from the prediction, may be told by this search
 };
 
 struct TrackResult {

@@ -59,6 +59,8 @@ class PlaceBelief {
   const std::vector<PlaceHypothesis>& hypotheses() const { return hypotheses_; }
   // The place that is believed, if one is.
   std::optional<Rigid2> Believed() const;
+  // Whether the laser has seen enough to believe or refute a place by.
+  bool SeesEnough() const;
   // Whether the laser refutes that the robot is there. Never where it sees too little.
   bool Contradicts(const Rigid2& T_map_base) const;
 

@@ -7,6 +7,7 @@
 
 #include "planar_vslam/frontend/tracker.h"
 #include "planar_vslam/localize/place_belief.h"
+#include "planar_vslam/localize/sight_belief.h"
 #include "planar_vslam/localize/surface_map.h"
 #include "planar_vslam/map/map.h"
 #include "planar_vslam/pipeline/synchronizer.h"
@@ -23,23 +24,32 @@ MapLaser LaserOf(const Map& map, const ScanMatchOptions& options);
 
 class PlaceFinder {
  public:
-  // `elsewhere`: as PlaceBelief's.
-  PlaceFinder(std::shared_ptr<const LikelihoodField> field, bool elsewhere) : belief_(std::move(field), elsewhere) {}
+  // `expected`: where the robot is by odometry; nothing where it may be anywhere.
+  PlaceFinder(std::shared_ptr<const LikelihoodField> field, const std::optional<Rigid2>& expected)
+      : waits_for_sweeps_(field != nullptr), expected_(expected), belief_(std::move(field), expected.has_value()) {}
 
   // The robot moved to where this packet was taken; its sweeps. `step`: the identity where the robot just began.
   void Add(const FramePacket& packet, const Rigid2& step);
   // The packet's image, and where a search by descriptors would put it.
   void AddView(const CameraView& view, const Map& map, const std::vector<Placement>& seen);
-  // Where the robot is now, once that is clear, with its covariance.
-  std::optional<PlanarFix> Found() const;
+  // Where the robot is now, once that is clear, with its covariance. What images tell is told once a view.
+  std::optional<PlanarFix> Found();
   bool Contradicts(const Rigid3& T_map_base) const { return belief_.Contradicts(ProjectToPlane(T_map_base)); }
+  // Whether the laser sees enough to tell. Where it does not, images of several places have to agree on one.
+  bool ByLaser() const { return belief_.SeesEnough(); }
 
  private:
   struct Sighting;
+  void AddViewBesideLaser(const CameraView& view, const Map& map, const std::vector<Placement>& seen);
   static Sighting LookFrom(const Rigid2& place, const CameraView& view, const Map& map);
   static double Excess(const std::vector<Sighting>& sightings, std::size_t of);
 
+  bool waits_for_sweeps_;  // for some packets, before images have to do
+  int packets_ = 0;
+  bool viewed_ = false;  // since Found()
+  std::optional<Rigid2> expected_;
   PlaceBelief belief_;
+  std::optional<SightBelief> sight_;  // since it is asked
 };
 
 class LaserTracker {

@@ -1,0 +1,48 @@
+#pragma once
+// The landmarks of a map that a search for a place compares images with, one behind the other: those that are seen well
+// enough to be looked for. A view upside down is no view of theirs, so they are also listed by how they are turned in
+// the image.
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "planar_vslam/map/map.h"
+
+namespace planar_vslam {
+
+struct TableLandmark {
+  Eigen::Vector3d p_map = Eigen::Vector3d::Zero();
+  Eigen::Vector3d view_direction = Eigen::Vector3d::Zero();  // mean, from the cameras to the point
+  double min_distance = 0.0, max_distance = 0.0;             // m, from which it is detected
+  std::uint32_t headings = 0;  // bit i: seen by a camera that looked within 60 degrees of heading sector i
+};
+
+class LandmarkTable {
+ public:
+  static constexpr std::size_t kSectors = 24;
+  // Of an angle, rad.
+  static std::size_t SectorOf(double angle);
+
+  LandmarkTable() = default;
+  explicit LandmarkTable(const Map& map);
+
+  bool empty() const { return landmarks_.empty(); }
+  const std::vector<TableLandmark>& landmarks() const { return landmarks_; }
+  const std::vector<Descriptor>& descriptors() const { return descriptors_; }
+  // Indices of those that a keypoint of this orientation, rad, may show. Ascending.
+  const std::vector<int>& TurnedLike(float angle) const;
+  // Where the robot has been.
+  const std::vector<Eigen::Vector2d>& driven() const { return driven_; }
+  const std::vector<double>& octave_scales() const { return octave_scales_; }
+
+ private:
+  std::vector<TableLandmark> landmarks_;
+  std::vector<Descriptor> descriptors_;
+  std::array<std::vector<int>, kSectors> turned_like_;
+  std::vector<Eigen::Vector2d> driven_;
+  std::vector<double> octave_scales_;
+};
+
+}  // namespace planar_vslam

@@ -1,0 +1,37 @@
+#pragma once
+// Several images, joined by odometry, against the landmarks of a map from one place on the floor. The robot stands on
+// the floor and its camera on the robot, so three numbers, x, y and heading, place all of them at once.
+#include <vector>
+
+#include "planar_vslam/geometry/rigid2.h"
+#include "planar_vslam/localize/landmark_table.h"
+#include "planar_vslam/recognition/place.h"
+
+namespace planar_vslam {
+
+// An image, and where it was taken from where the robot is now.
+struct SightView {
+  Rigid2 T_now_base;
+  CameraView view;
+};
+
+// What the images show of the landmarks that they should show.
+struct Agreement {
+  int visible = 0, found = 0;
+
+  double share() const { return visible == 0 ? 0.0 : static_cast<double>(found) / visible; }
+};
+
+// `window`: px at octave 0 that a landmark may lie off.
+Agreement Compare(const LandmarkTable& table, const Rigid2& T_map_base, const std::vector<SightView>& views,
+                  double window);
+
+// The place near `guess`, within some 0.3 m and 5 degrees, where most landmarks lie best. The guess where too few are
+// found.
+Rigid2 Settle(const LandmarkTable& table, const Rigid2& guess, const std::vector<SightView>& views);
+
+// The share of landmarks that the images would show by chance, around there: what is found from a place where the robot
+// is turned by some degrees, and landmarks lie where they do not belong.
+double ShareByChance(const LandmarkTable& table, const Rigid2& T_map_base, const std::vector<SightView>& views);
+
+}  // namespace planar_vslam

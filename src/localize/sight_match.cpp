@@ -1,0 +1,188 @@
+#include "planar_vslam/localize/sight_match.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "planar_vslam/feature/hamming.h"
+
+namespace planar_vslam {
+namespace {
+
+constexpr double kLeastCosViewAngle = 0.5;  // as predicted_view.cpp has it
+constexpr double kDistanceSlack = 1.25;
+constexpr int kAlike = 80;  // bits, as when a tracked map is searched
+constexpr double kRatio = 0.8;
+constexpr double kNear = 0.1;  // m, in front of the camera
+
+// A landmark that was found in a view.
+struct Sight {
+  Eigen::Vector3d p_map;
+  Eigen::Vector2d pixel;
+  double scale;  // of the keypoint's octave
+  const SightView* view;
+};
+
+// Looks for all landmarks of a table in one view.
+class Looker {
+ public:
+  Looker(const LandmarkTable& table, const SightView& view, const Rigid2& T_map_base, double window)
+      : table_(table),
+        view_(view),
+        T_camera_map_((Embed3(T_map_base * view.T_now_base) * view.view.T_base_camera).Inverse()),
+        center_(T_camera_map_.Inverse().translation),
+        rotation_(T_camera_map_.rotation.toRotationMatrix()),
+        heading_(1U << LandmarkTable::SectorOf(std::atan2(rotation_(2, 1), rotation_(2, 0)))),
+        window_(window),
+        taken_(view.view.features->keypoints.size(), false) {}
+
+  void LookFor(std::size_t index, Agreement* agreement, std::vector<Sight>* sights) {
+    const TableLandmark& landmark = table_.landmarks()[index];
+    if ((landmark.headings & heading_) == 0) return;
+    const Eigen::Vector3d ray = landmark.p_map - center_;
+    const double distance2 = ray.squaredNorm();
+    const double farthest = kDistanceSlack * landmark.max_distance, nearest = landmark.min_distance / kDistanceSlack;
+    if (distance2 > farthest * farthest || distance2 < nearest * nearest) return;
+    const Eigen::Vector3d p = rotation_ * ray;
+    if (p.z() <= kNear) return;
+    const CameraModel& camera = view_.view.camera;
+    const Eigen::Vector2d pixel = camera.ProjectUndistorted(p);
+    if (pixel.x() < 0.0 || pixel.y() < 0.0 || pixel.x() >= camera.width || pixel.y() >= camera.height) return;
+    const double distance = std::sqrt(distance2);
+    if (ray.dot(landmark.view_direction) < kLeastCosViewAngle * distance) return;
+    ++agreement->visible;
+    const int found = Find(index, pixel.cast<float>(), OctaveAt(landmark.max_distance / distance));
+    if (found < 0) return;
+    ++agreement->found;
+    taken_[static_cast<std::size_t>(found)] = true;
+    if (sights == nullptr) return;
+    const Keypoint& keypoint = view_.view.features->keypoints[static_cast<std::size_t>(found)];
+    sights->push_back({landmark.p_map, keypoint.pixel.cast<double>(),
+                       table_.octave_scales()[static_cast<std::size_t>(keypoint.octave)], &view_});
+  }
+
+ private:
+  int OctaveAt(double ratio) const {
+    int octave = 0;
+    const int last = static_cast<int>(table_.octave_scales().size()) - 1;
+    while (octave < last && ratio > table_.octave_scales()[static_cast<std::size_t>(octave)]) ++octave;
+    return octave;
+  }
+
+  // The keypoint that shows the landmark; -1 where none does, or two might.
+  int Find(std::size_t landmark, const Eigen::Vector2f& pixel, int octave) {
+    const FrameFeatures& features = *view_.view.features;
+    const auto radius = static_cast<float>(window_ * table_.octave_scales()[static_cast<std::size_t>(octave)]);
+    indices_.clear();
+    features.grid.Search(features.keypoints, pixel, radius, std::max(0, octave - 1), octave + 1, &indices_);
+    indices_.erase(
+        std::remove_if(indices_.begin(), indices_.end(), [this](int i) { return taken_[static_cast<std::size_t>(i)]; }),
+        indices_.end());
+    if (indices_.empty()) return -1;
+    HammingDistances(table_.descriptors()[landmark], features.descriptors, indices_, &distances_);
+    Candidate best, second;
+    for (std::size_t k = 0; k < indices_.size(); ++k) {
+      const Candidate candidate{indices_[k], distances_[k],
+                                features.keypoints[static_cast<std::size_t>(indices_[k])].octave};
+      if (candidate.distance < best.distance) {
+        second = best;
+        best = candidate;
+      } else if (candidate.distance < second.distance) {
+        second = candidate;
+      }
+    }
+    if (best.distance > kAlike) return -1;
+    // A point is often detected in two octaves.
+    return best.octave == second.octave && best.distance > kRatio * second.distance ? -1 : best.index;
+  }
+
+  struct Candidate {
+    int index = -1, distance = 257, octave = -1;
+  };
+
+  const LandmarkTable& table_;
+  const SightView& view_;
+  Rigid3 T_camera_map_;
+  Eigen::Vector3d center_;
+  Eigen::Matrix3d rotation_;
+  std::uint32_t heading_;  // bit of its sector
+  double window_;
+  std::vector<bool> taken_;
+  std::vector<int> indices_, distances_;
+};
+
+Agreement Look(const LandmarkTable& table, const Rigid2& T_map_base, const std::vector<SightView>& views, double window,
+               std::vector<Sight>* sights) {
+  Agreement agreement;
+  for (const SightView& view : views) {
+    Looker looker(table, view, T_map_base, window);
+    for (std::size_t i = 0; i < table.landmarks().size(); ++i) looker.LookFor(i, &agreement, sights);
+  }
+  return agreement;
+}
+
+// A sum of squares of pixel errors over a right perturbation [x, y, angle], each weighted as Geman and McClure do:
+// most matches around a wrong guess are wrong.
+struct Normal {
+  Eigen::Matrix3d H = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d g = Eigen::Vector3d::Zero();
+
+  void Add(const Sight& sight, const Rigid2& T_map_base, double scale) {
+    const CameraModel& camera = sight.view->view.camera;
+    const Rigid3 T_now_camera = Embed3(sight.view->T_now_base) * sight.view->view.T_base_camera;
+    const Eigen::Vector3d p_now = Embed3(T_map_base).Inverse() * sight.p_map;
+    const Eigen::Vector3d p = T_now_camera.Inverse() * p_now;
+    if (p.z() <= kNear) return;
+    const Eigen::Vector2d error = (camera.ProjectUndistorted(p) - sight.pixel) / sight.scale;
+    Eigen::Matrix<double, 2, 3> by_point, by_pose;
+    by_point << camera.fx / p.z(), 0.0, -camera.fx * p.x() / (p.z() * p.z()), 0.0, camera.fy / p.z(),
+        -camera.fy * p.y() / (p.z() * p.z());
+    Eigen::Matrix3d move;  // of p_now by the perturbation
+    move << -1.0, 0.0, p_now.y(), 0.0, -1.0, -p_now.x(), 0.0, 0.0, 0.0;
+    by_pose = by_point * T_now_camera.rotation.conjugate().toRotationMatrix() * move / sight.scale;
+    const double root = 1.0 / (1.0 + error.squaredNorm() / (scale * scale));
+    H += root * root * by_pose.transpose() * by_pose;
+    g -= root * root * by_pose.transpose() * error;
+  }
+};
+
+}  // namespace
+
+Agreement Compare(const LandmarkTable& table, const Rigid2& T_map_base, const std::vector<SightView>& views,
+                  double window) {
+  return Look(table, T_map_base, views, window, nullptr);
+}
+
+Rigid2 Settle(const LandmarkTable& table, const Rigid2& guess, const std::vector<SightView>& views) {
+  constexpr std::array<double, 3> kWindows{30.0, 15.0, 8.0};  // px
+  constexpr double kScale = 0.4;                              // of the window, of errors that count fully
+  constexpr std::size_t kLeast = 6;                           // landmarks
+  constexpr int kSteps = 6;
+  Rigid2 T_map_base = guess;
+  for (const double window : kWindows) {
+    std::vector<Sight> sights;
+    Look(table, T_map_base, views, window, &sights);
+    if (sights.size() < kLeast) return T_map_base;
+    for (int step = 0; step < kSteps; ++step) {
+      Normal normal;
+      for (const Sight& sight : sights) normal.Add(sight, T_map_base, kScale * window);
+      T_map_base = T_map_base * ExpSe2(normal.H.ldlt().solve(normal.g));
+    }
+  }
+  return T_map_base;
+}
+
+double ShareByChance(const LandmarkTable& table, const Rigid2& T_map_base, const std::vector<SightView>& views) {
+  constexpr double kTurn = DegreesToRadians(4.0);  // beyond every window, and much the same landmarks in view
+  constexpr double kWindow = 6.0;                  // px
+  constexpr double kPrior = 60.0;                  // landmarks' worth of doubt where few are in view
+  double found = 2.0, visible = 0.0;
+  for (const double turn : {-kTurn, kTurn}) {
+    const Agreement agreement = Compare(table, T_map_base * Rigid2(0.0, 0.0, turn), views, kWindow);
+    found += agreement.found, visible += agreement.visible;
+  }
+  return found / std::max(visible, kPrior);
+}
+
+}  // namespace planar_vslam

@@ -1,0 +1,146 @@
+#include "planar_vslam/localize/sight_belief.h"
+
+#include <gtest/gtest.h>
+
+#include <optional>
+#include <random>
+
+#include "planar_vslam/localize/pose_search.h"
+#include "support/synthetic_map.h"
+
+namespace planar_vslam {
+namespace {
+
+test::SyntheticWorld MakeWorld(std::uint32_t seed) {
+  test::SyntheticWorldOptions options;
+  options.seed = seed;
+  return MakeSyntheticWorld(options);
+}
+
+constexpr double kStep = 0.22;  // m between views: each is a new place
+
+class Driver {
+ public:
+  Driver(const test::SyntheticWorld& shown, const Map& map, const std::optional<Rigid2>& expected = std::nullopt)
+      : shown_(shown), map_(map), belief_(std::make_shared<const LandmarkTable>(map), expected) {}
+
+  // The robot drives to its next place and sees this share of the landmarks there.
+  void See(double share) {
+    const Rigid3 T_map_base = test::SyntheticPose(x_);
+    if (views_ > 0) belief_.Move(ProjectToPlane(test::SyntheticPose(x_ - kStep).Inverse() * T_map_base));
+    const auto view = test::Observe(shown_, T_map_base * shown_.T_base_camera, 0.5, ++views_);
+    auto features = std::make_shared<FrameFeatures>(*view.features);
+    for (Descriptor& descriptor : features->descriptors) {
+      if (unit_(generator_) > share) descriptor = {generator_(), generator_(), generator_(), generator_()};
+    }
+    ASSERT_TRUE(belief_.WantsView());
+    belief_.AddView({features, shown_.T_base_camera, shown_.camera, PlanarPriorOptions{}, 1.0}, map_, {});
+    truth_ = ProjectToPlane(T_map_base);
+    x_ += kStep;
+  }
+
+  const SightBelief& belief() const { return belief_; }
+  const Rigid2& truth() const { return truth_; }
+
+ private:
+  const test::SyntheticWorld& shown_;
+  const Map& map_;
+  SightBelief belief_;
+  double x_ = 0.4;
+  std::uint32_t views_ = 0;
+  Rigid2 truth_;
+  std::mt19937_64 generator_{7};
+  std::uniform_real_distribution<double> unit_{0.0, 1.0};
+};
+
+// The map, and once more beside it.
+Map Twice(const test::SyntheticWorld& world, const Rigid3& T_map_twin) {
+  const auto count = static_cast<std::uint32_t>(world.map.keyframes.size());
+  const auto landmarks = static_cast<std::uint32_t>(world.map.landmarks.size());
+  MapEdit edit;
+  for (const bool twin : {false, true}) {
+    for (const auto& [id, keyframe] : world.map.keyframes) {
+      Keyframe copy = keyframe;
+      copy.T_map_base = twin ? T_map_twin * keyframe.T_map_base : keyframe.T_map_base;
+      copy.landmarks.assign(keyframe.landmarks.size(), LandmarkId{});
+      copy.odometry_link.reset();
+      copy.linked_by.clear();
+      edit.emplace_back(AddKeyframe{KeyframeId{id.value + (twin ? count : 0)}, copy});
+    }
+  }
+  for (const bool twin : {false, true}) {
+    for (const auto& [id, landmark] : world.map.landmarks) {
+      Landmark copy = landmark;
+      if (twin) copy.p_map = T_map_twin * landmark.p_map;
+      for (Observation& o : copy.observations) o.keyframe.value += twin ? count : 0;
+      copy.created_by = copy.observations.front().keyframe;
+      edit.emplace_back(AddLandmark{LandmarkId{id.value + (twin ? landmarks : 0)}, copy});
+    }
+  }
+  Map map;
+  map.octave_scales = world.map.octave_scales;
+  map.metric = true;
+  return Apply(std::move(map), edit);
+}
+
+TEST(SightBelief, KnowsAtOnceWhereAViewShowsNearlyAll) {
+  const test::SyntheticWorld world = MakeWorld(1);
+  Driver driver(world, world.map);
+  driver.See(0.9);
+  ASSERT_TRUE(driver.belief().Believed().has_value());
+  EXPECT_LT((driver.belief().Believed()->translation - driver.truth().translation).norm(), 0.03);
+}
+
+TEST(SightBelief, NeedsSeveralPlacesWhereViewsShowLittle) {
+  const test::SyntheticWorld world = MakeWorld(2);
+  Driver driver(world, world.map);
+  for (int place = 0; place < 2; ++place) {
+    driver.See(0.3);
+    EXPECT_FALSE(driver.belief().Believed().has_value()) << place;
+  }
+  for (int place = 2; place < 6; ++place) driver.See(0.3);
+  ASSERT_TRUE(driver.belief().Believed().has_value());
+  EXPECT_LT((driver.belief().Believed()->translation - driver.truth().translation).norm(), 0.05);
+}
+
+TEST(SightBelief, NeverBelievesInARoomTheMapDoesNotKnow) {
+  const test::SyntheticWorld world = MakeWorld(3), other = MakeWorld(4);
+  Driver driver(other, world.map);
+  for (int place = 0; place < 6; ++place) {
+    driver.See(1.0);
+    EXPECT_FALSE(driver.belief().Believed().has_value()) << place;
+  }
+}
+
+TEST(SightBelief, TwinsAreToldApartByWhereTheRobotIsExpected) {
+  const test::SyntheticWorld world = MakeWorld(5);
+  const Rigid3 T_map_twin = Embed3(Rigid2(0.0, 12.0, 0.3));
+  const Map map = Twice(world, T_map_twin);
+  Driver lost(world, map);
+  for (int place = 0; place < 4; ++place) {
+    lost.See(0.9);
+    EXPECT_FALSE(lost.belief().Believed().has_value()) << place;
+  }
+  Driver expecting(world, map, ProjectToPlane(test::SyntheticPose(0.4)) * Rigid2(0.3, -0.2, 0.1));
+  expecting.See(0.9);
+  ASSERT_TRUE(expecting.belief().Believed().has_value());
+  EXPECT_LT((expecting.belief().Believed()->translation - expecting.truth().translation).norm(), 0.03);
+}
+
+TEST(SightBelief, WhatIsFarFromWhereTheRobotIsExpectedHasToShowNearlyAll) {
+  const test::SyntheticWorld world = MakeWorld(6);
+  Driver driver(world, world.map, Rigid2(0.4, 8.0, 1.0));
+  for (int place = 0; place < 6; ++place) {
+    driver.See(0.3);
+    EXPECT_FALSE(driver.belief().Believed().has_value()) << place;
+  }
+  for (int place = 0; place < 15; ++place) {
+    if (driver.belief().Believed().has_value()) break;
+    driver.See(1.0);
+  }
+  ASSERT_TRUE(driver.belief().Believed().has_value());
+  EXPECT_TRUE(IsSamePlace(*driver.belief().Believed(), driver.truth()));
+}
+
+}  // namespace
+}  // namespace planar_vslam
