@@ -17,6 +17,7 @@ constexpr int kExitBadInput = 2;  // bad arguments or unreadable input
 void AddRun(CLI::App& app, int* exit_code);
 void AddConfig(CLI::App& app, int* exit_code);
 void AddCalibrate(CLI::App& app, int* exit_code);
+void AddDoctor(CLI::App& app, int* exit_code);
 void AddEvaluate(CLI::App& app, int* exit_code);
 void AddGrid(CLI::App& app, int* exit_code);
 void AddGridScore(CLI::App& app, int* exit_code);

@@ -24,6 +24,7 @@ int Main(int argc, char** argv) {
   AddRun(app, &exit_code);
   AddConfig(app, &exit_code);
   AddCalibrate(app, &exit_code);
+  AddDoctor(app, &exit_code);
   AddEvaluate(app, &exit_code);
   AddGrid(app, &exit_code);
   AddGridScore(app, &exit_code);

@@ -51,7 +51,11 @@ class Pace {
 class Session {
  public:
   Session(Recording& recording, Estimator& estimator, const RunSettings& settings)
-      : recording_(recording), estimator_(estimator), settings_(settings), pace_(settings.rate) {}
+      : recording_(recording),
+        estimator_(estimator),
+        settings_(settings),
+        pace_(settings.rate),
+        corrector_(estimator.settings().options.calibration) {}
 
   Expected<RunResult> Run() {
     const auto wall_start = Clock::now();
@@ -72,8 +76,10 @@ class Session {
     for (const auto& [reason, count] : recording_.skipped()) result_.unused_input[reason] += count;
     const RecordingInfo& info = recording_.info();
     const std::shared_ptr<const Map> map = estimator_.map();
-    result_.findings = Findings({estimator_.report(), estimator_.input_watch(), map.get(), result_.unused_input,
-                                 info.notes, info.has_base_transform, info.has_laser});
+    result_.motion = Compare();
+    const FindingsInput found{estimator_.report(), estimator_.input_watch(), map.get(),      result_.unused_input,
+                              info.notes,          info.has_base_transform,  info.has_laser, result_.motion};
+    result_.findings = Findings(found);
     if (!result_.frames.empty()) {
       result_.recorded_seconds = SecondsBetween(result_.frames.front().stamp, result_.frames.back().stamp);
     }
@@ -106,9 +112,21 @@ class Session {
   }
   void Take(const OdometryReading& reading) {
     if (settings_.on_odometry) settings_.on_odometry(reading);
+    if (const std::optional<OdometryReading> continued = continuity_.Push(reading)) {
+      wheels_.Push({corrector_.Correct(continued->stamp), continued->T_odom_base});
+    }
     Keep(estimator_.Add(reading));
   }
   void Take(LaserFrame frame) { Keep(estimator_.Add(std::move(frame))); }
+
+  MotionAgreement Compare() const {
+    std::vector<SeenPose> seen;
+    for (const FrameReport& frame : result_.frames) {
+      const bool by_sight = frame.state == TrackingState::kTracking && frame.T_map_base.has_value();
+      if (by_sight) seen.push_back({frame.stamp, ProjectToPlane(*frame.T_map_base)});
+    }
+    return CompareMotions(seen, wheels_);
+  }
 
   void Keep(std::vector<FrameReport> reports) {
     for (FrameReport& report : reports) {
@@ -123,6 +141,9 @@ class Session {
   Estimator& estimator_;
   const RunSettings& settings_;
   Pace pace_;
+  OdometryContinuity continuity_;
+  InputCorrector corrector_;  // of stamps
+  OdometryBuffer wheels_;     // on the camera's clock, without their jumps
   RunResult result_;
 };
 

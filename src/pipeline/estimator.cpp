@@ -92,6 +92,7 @@ std::vector<FrameReport> Estimator::Add(const OdometryReading& reading) {
 }
 
 std::vector<FrameReport> Estimator::Add(LaserFrame frame) {
+  input_->watch.Add(frame);
   input_->synchronizer.Push(input_->corrector.Correct(std::move(frame)));
   return Drain();
 }

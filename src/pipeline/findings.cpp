@@ -10,13 +10,6 @@
 namespace planar_vslam {
 namespace {
 
-// How much a fault spoils: the map is worthless, everything is bent by it, or something is missing.
-enum class Harm { kMissing, kBent, kWorthless };
-
-struct Finding {
-  Harm harm;
-  std::string text;
-};
 using Found = std::vector<Finding>;
 
 // Limits beyond what drives with good sensors show (chosen by looking at simulated and recorded ones).
@@ -28,10 +21,12 @@ constexpr double kScaleShare = 0.015;   // ... and at least so much
 constexpr double kTurnShare = 0.03;     // that wheels turn too far ...
 constexpr double kDirection = 1.2;      // deg that wheels drive askew ...
 constexpr double kSigmas = 5.0;         // ... and each so many standard deviations
-constexpr double kFastest = 40.0;       // m/s, of a car
-constexpr double kIrregular = 1.6;      // mean over usual interval between images
-constexpr double kUnusedShare = 0.2;    // of a stream's messages
-constexpr long kFewestKeyframes = 10;   // that say something
+constexpr double kClockSigmas = 3.0;
+constexpr double kFrameSigmas = 3.0;   // of a direction by all frames
+constexpr double kFastest = 40.0;      // m/s, of a car
+constexpr double kIrregular = 1.6;     // mean over usual interval between images
+constexpr double kUnusedShare = 0.2;   // of a stream's messages
+constexpr long kFewestKeyframes = 10;  // that say something
 
 // Whether a camera seems to be mounted in the axes of a body, x forward and z up: it would look at the ceiling.
 bool LooksLikeABodyFrame(const Rigid3& T_base_camera) {
@@ -60,19 +55,19 @@ void AddMount(const FindingsInput& in, Found* found) {
   const auto& mount = in.input.T_base_camera();
   const bool body = in.has_base && mount.has_value() && LooksLikeABodyFrame(*mount);
   if (body && (many_rejected || floor_left || in.map == nullptr)) {
-    found->push_back({Harm::kWorthless,
+    found->push_back({Harm::kWorthless, "mount",
                       "the images' frame looks like a body frame (x forward, z up), not an optical one (z forward, y "
                       "down): the camera seems to look at the ceiling; set the driver's optical frame id, or its tf"});
   }
   if (many_rejected) {
-    found->push_back({Harm::kWorthless,
+    found->push_back({Harm::kWorthless, "mount",
                       fmt::format("{} of {} steps of the wheels contradict the images: wheels that slip or read wrong, "
                                   "or a wrong mount or calibration of the camera; check tf and camera_info",
                                   in.report.odometry_rejected, steps)});
   }
   if (floor_left) {
     found->push_back(
-        {Harm::kWorthless,
+        {Harm::kWorthless, "mount",
          fmt::format("{:.0f} % of the keyframes stand off the floor: height or tilt of the camera in tf is wrong, "
                      "or the floor is not flat (then --set planar.mode=off)",
                      100.0 * off_floor)});
@@ -81,44 +76,63 @@ void AddMount(const FindingsInput& in, Found* found) {
 
 void AddNoMap(const FindingsInput& in, Found* found) {
   constexpr double kDriven = 1.0;  // m
-  if (in.map != nullptr || in.input.wheel_way() < kDriven) return;
+  if (!HardlyMapped(in.report, in.map) || in.input.wheel_way() < kDriven) return;
   found->push_back(
-      {Harm::kWorthless,
-       fmt::format("no map came about, although the wheels drove {:.1f} m: odometry may run backwards, or the "
-                   "camera's mount or calibration be wrong; --set init=visual does without them",
-                   in.input.wheel_way())});
+      {Harm::kWorthless, "odometry",
+       fmt::format(
+           "no map {}, although the wheels drove {:.1f} m: odometry may run backwards, or the camera's mount or "
+           "calibration be wrong; --set init=visual does without them",
+           in.map == nullptr ? "came about" : "lasted", in.input.wheel_way())});
+}
+
+// Links between keyframes tell of few, steps between frames of many, and more exactly.
+void AddDirection(const WheelCheck& links, const MotionAgreement& frames, Found* found) {
+  constexpr double kBackwards = 90.0, kFrameDirection = 0.4;  // deg
+  const auto& direction = frames.direction.has_value() ? frames.direction : links.direction;
+  if (!direction.has_value()) return;
+  const double degrees = RadiansToDegrees(direction->value);
+  const double least = frames.direction.has_value() ? kFrameDirection : kDirection;
+  const double sigmas = frames.direction.has_value() ? kFrameSigmas : kSigmas;
+  if (std::abs(degrees) > kBackwards) {
+    found->push_back({Harm::kWorthless, "odometry",
+                      "the wheels drive backwards where the images go forwards: the sign of the odometry or the "
+                      "direction of the camera in tf is wrong"});
+  } else if (std::abs(degrees) > least && std::abs(direction->value) > sigmas * direction->sigma) {
+    found->push_back({Harm::kBent, "mount",
+                      fmt::format("the wheels drive {:.1f} deg {} of where the images do, although the map leans "
+                                  "towards the wheels: the yaw of the camera in tf looks wrong; run `planar_vslam "
+                                  "calibrate`",
+                                  std::abs(degrees), degrees > 0.0 ? "left" : "right")});
+  }
 }
 
 void AddWheels(const FindingsInput& in, Found* found) {
   const double speed = in.input.wheel_speed();
   if (speed > kFastest) {
-    found->push_back({Harm::kWorthless, fmt::format("the wheels drive at {:.0f} m/s: odometry is not in metres (as in "
-                                                    "millimetres?); correct its publisher",
-                                                    speed)});
+    found->push_back({Harm::kWorthless, "odometry",
+                      fmt::format("the wheels drive at {:.0f} m/s: odometry is not in metres (as in "
+                                  "millimetres?); correct its publisher",
+                                  speed)});
   }
   if (in.map == nullptr || static_cast<long>(in.map->keyframes.size()) < kFewestKeyframes) return;
   const WheelCheck check = CheckWheels(*in.map);
-  if (check.direction.has_value()) {
-    const double degrees = RadiansToDegrees(check.direction->value);
-    const double sigmas = std::abs(check.direction->value) / check.direction->sigma;
-    constexpr double kBackwards = 90.0;
-    if (std::abs(degrees) > kBackwards) {
-      found->push_back({Harm::kWorthless,
-                        "the wheels drive backwards where the images go forwards: the sign of the odometry or the "
-                        "direction of the camera in tf is wrong"});
-    } else if (std::abs(degrees) > kDirection && sigmas > kSigmas) {
-      found->push_back(
-          {Harm::kBent, fmt::format("the wheels drive {:.1f} deg {} of where the images do: the yaw of the "
-                                    "camera in tf looks wrong; run `planar_vslam calibrate`",
-                                    std::abs(degrees), degrees > 0.0 ? "left" : "right")});
-    }
-  }
+  AddDirection(check, in.motion, found);
   if (!check.turn.has_value()) return;
   const double turn = check.turn->value - in.report.wheels.log_turn;  // the map's links are corrected by that
   if (std::abs(turn) > kTurnShare && std::abs(turn) > kSigmas * check.turn->sigma) {
-    found->push_back({Harm::kBent, fmt::format("the wheels turn {:.1f} % too {}; run `planar_vslam calibrate`",
-                                               100.0 * std::abs(turn), turn > 0.0 ? "far" : "little")});
+    found->push_back({Harm::kBent, "odometry",
+                      fmt::format("the wheels turn {:.1f} % too {}; run `planar_vslam calibrate`",
+                                  100.0 * std::abs(turn), turn > 0.0 ? "far" : "little")});
   }
+}
+
+void AddClocks(const FindingsInput& in, Found* found) {
+  constexpr double kLeast = 0.03;  // s: as much as a loaded computer delays a stamp by
+  const auto& offset = in.motion.time_offset;
+  if (!offset.has_value() || std::abs(offset->value) < kLeast + kClockSigmas * offset->sigma) return;
+  found->push_back({Harm::kBent, "clocks",
+                    fmt::format("odometry's stamps are {:.0f} ms {} than the images'; run `planar_vslam calibrate`",
+                                1e3 * std::abs(offset->value), offset->value > 0.0 ? "later" : "earlier")});
 }
 
 struct ScaleSource {
@@ -155,9 +169,10 @@ void AddScale(const FindingsInput& in, Found* found) {
   }
   if (worst == nullptr) return;
   const double share = worst->says.log_scale - sources[0].says.log_scale;
-  found->push_back({Harm::kBent, fmt::format("scale: by {} everything is {:.1f} % {} than by {}, which is believed; {}",
-                                             worst->name, 100.0 * std::abs(share), share > 0.0 ? "larger" : "smaller",
-                                             sources[0].name, worst->cure)});
+  found->push_back(
+      {Harm::kBent, "scale",
+       fmt::format("scale: by {} everything is {:.1f} % {} than by {}, which is believed; {}", worst->name,
+                   100.0 * std::abs(share), share > 0.0 ? "larger" : "smaller", sources[0].name, worst->cure)});
 }
 
 void AddStreams(const FindingsInput& in, Found* found) {
@@ -170,7 +185,7 @@ void AddStreams(const FindingsInput& in, Found* found) {
   const double mean = count > 0 ? 1e3 * seconds / static_cast<double>(count) : 0.0;  // ms
   if (count > kFewestImages && mean > kIrregular * usual) {
     found->push_back(
-        {Harm::kMissing,
+        {Harm::kMissing, "images",
          fmt::format("images come {:.1f} times a second where the camera takes {:.1f}: {:.0f} % are lost on "
                      "the way; record fewer topics, or compressed images",
                      1e3 / mean, 1e3 / usual, 100.0 * (1.0 - usual / mean))});
@@ -181,27 +196,35 @@ void AddStreams(const FindingsInput& in, Found* found) {
     if (stream->holes == 0) continue;
     const double typical = stream->intervals.Percentile(0.5);
     if (typical > 1e3) continue;  // as slow throughout
-    found->push_back({Harm::kMissing, fmt::format("{}: {} hole(s) of up to {:.1f} s; look at the recording's buffers",
-                                                  name, stream->holes, stream->longest_hole)});
+    found->push_back({Harm::kMissing, "images",
+                      fmt::format("{}: {} hole(s) of up to {:.1f} s; look at the recording's buffers", name,
+                                  stream->holes, stream->longest_hole)});
   }
   constexpr double kManyImages = 0.2;
   if (in.input.dark_images() > kManyImages) {
-    found->push_back(
-        {Harm::kMissing, fmt::format("{:.0f} % of the images are almost black; check exposure and lens cap",
-                                     100.0 * in.input.dark_images())});
+    found->push_back({Harm::kMissing, "images",
+                      fmt::format("{:.0f} % of the images are almost black; check exposure and lens cap",
+                                  100.0 * in.input.dark_images())});
   }
   if (in.input.bright_images() > kManyImages) {
-    found->push_back({Harm::kMissing, fmt::format("{:.0f} % of the images are almost white; check the exposure",
-                                                  100.0 * in.input.bright_images())});
+    found->push_back(
+        {Harm::kMissing, "images",
+         fmt::format("{:.0f} % of the images are almost white; check the exposure", 100.0 * in.input.bright_images())});
   }
 }
 
 void AddLaser(const FindingsInput& in, Found* found) {
+  if (in.has_laser && in.input.laser().IsUpsideDown()) {
+    found->push_back({Harm::kWorthless, "laser",
+                      "the sweeps turn the other way than the wheels: the laser hangs upside down against its mount in "
+                      "tf; correct the roll of its frame"});
+    return;
+  }
   if (!in.has_laser || in.map == nullptr || !in.map->metric) return;
   long links = 0;
   for (const auto& [id, keyframe] : in.map->keyframes) links += static_cast<long>(keyframe.laser_links.size());
   if (static_cast<long>(in.map->keyframes.size()) < kFewestKeyframes || links > 0) return;
-  found->push_back({Harm::kBent,
+  found->push_back({Harm::kBent, "laser",
                     "the laser never agrees with the motion: its mount in tf (upside down?) or its ranges "
                     "look wrong, or it sees no walls"});
 }
@@ -211,29 +234,44 @@ void AddUnused(const FindingsInput& in, Found* found) {
   for (const auto& [reason, count] : in.unused) {
     const bool placeholder = reason.find("placeholder") != std::string::npos;
     if (placeholder) {
-      found->push_back({Harm::kMissing,
+      found->push_back({Harm::kMissing, "input",
                         "the odometry's covariances are placeholders, the same whatever the robot does: "
                         "not believed; odometry_noise describes the wheels instead"});
     } else if (static_cast<double>(count) > kUnusedShare * images) {
-      found->push_back({Harm::kMissing, fmt::format("unused: {} x {}", count, reason)});
+      found->push_back({Harm::kMissing, "input", fmt::format("unused: {} x {}", count, reason)});
     }
   }
 }
 
 }  // namespace
 
-std::vector<std::string> Findings(const FindingsInput& input) {
+bool HardlyMapped(const EstimatorReport& report, const Map* map) {
+  constexpr double kMost = 0.8;  // of the frames, still without a pose
+  double frames = 0.0, waiting = 0.0;
+  for (const auto& [state, count] : report.frames) {
+    frames += static_cast<double>(count);
+    waiting += state == TrackingState::kInitializing ? static_cast<double>(count) : 0.0;
+  }
+  return map == nullptr || (frames > 0.0 && waiting > kMost * frames);
+}
+
+std::vector<Finding> FindAll(const FindingsInput& input) {
   Found found;
   AddMount(input, &found);
   AddNoMap(input, &found);
   AddWheels(input, &found);
+  AddClocks(input, &found);
   AddScale(input, &found);
   AddLaser(input, &found);
   AddStreams(input, &found);
   AddUnused(input, &found);
   std::stable_sort(found.begin(), found.end(), [](const Finding& a, const Finding& b) { return a.harm > b.harm; });
+  return found;
+}
+
+std::vector<std::string> Findings(const FindingsInput& input) {
   std::vector<std::string> lines;
-  for (Finding& finding : found) lines.push_back(std::move(finding.text));
+  for (Finding& finding : FindAll(input)) lines.push_back(std::move(finding.text));
   lines.insert(lines.end(), input.notes.begin(), input.notes.end());
   if (lines.size() > kMostFindings) lines.resize(kMostFindings);
   return lines;

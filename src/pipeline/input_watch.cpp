@@ -48,6 +48,7 @@ void InputWatch::Add(const CameraFrame& frame) {
 
 void InputWatch::Add(const OdometryReading& reading) {
   odometry_.Add(reading.stamp);
+  laser_.Add(reading);
   if (last_reading_.has_value() && last_reading_->stamp < reading.stamp) {
     const double way = (reading.T_odom_base.translation - last_reading_->T_odom_base.translation).norm();
     const double seconds = SecondsBetween(last_reading_->stamp, reading.stamp);
@@ -58,6 +59,11 @@ void InputWatch::Add(const OdometryReading& reading) {
     }
   }
   last_reading_ = reading;
+}
+
+void InputWatch::Add(const LaserFrame& frame) {
+  scans_.Add(frame.scan.stamp);
+  laser_.Add(frame);
 }
 
 double InputWatch::wheel_speed() const {

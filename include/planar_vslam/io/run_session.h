@@ -11,6 +11,7 @@
 #include "planar_vslam/geometry/expected.h"
 #include "planar_vslam/io/recording.h"
 #include "planar_vslam/pipeline/estimator.h"
+#include "planar_vslam/pipeline/motion_agreement.h"
 
 namespace planar_vslam {
 
@@ -26,6 +27,7 @@ struct RunResult {
   std::vector<FrameReport> frames;
   std::map<std::string, long> unused_input;  // by reason
   std::vector<std::string> findings;         // what contradicts what, the most harmful first (pipeline/findings.h)
+  MotionAgreement motion;                    // of the frames found by sight and the wheels
   long frames_dropped = 0;                   // by the pace of `rate`
   std::string final_adjustment;              // why it failed, and the map is as it was before; empty where it did not
   double wall_seconds = 0.0, cpu_seconds = 0.0;

@@ -7,10 +7,21 @@
 #include "planar_vslam/map/map.h"
 #include "planar_vslam/pipeline/frame_report.h"
 #include "planar_vslam/pipeline/input_watch.h"
+#include "planar_vslam/pipeline/motion_agreement.h"
 
 namespace planar_vslam {
 
 constexpr std::size_t kMostFindings = 10;
+
+// How much a fault spoils: something is missing, everything is bent by it, or the map is worthless.
+enum class Harm { kMissing, kBent, kWorthless };
+
+struct Finding {
+  Harm harm;
+  const char*
+      subject;  // one word, what it is about: "mount", "odometry", "clocks", "scale", "laser", "images", "input"
+  std::string text;
+};
 
 struct FindingsInput {
   const EstimatorReport& report;
@@ -20,9 +31,16 @@ struct FindingsInput {
   std::vector<std::string> notes = {};      // of the recording: come last
   bool has_base = true;
   bool has_laser = false;
+  MotionAgreement motion = {};  // of the poses found by sight and the wheels as they were corrected
 };
 
-// At most kMostFindings, the most harmful first.
+// Whether there is no map, or one that held so few of the frames that it says nothing.
+bool HardlyMapped(const EstimatorReport& report, const Map* map);
+
+// All of them, the most harmful first; notes are not among them.
+std::vector<Finding> FindAll(const FindingsInput& input);
+
+// Their texts and the notes: at most kMostFindings, the most harmful first.
 std::vector<std::string> Findings(const FindingsInput& input);
 
 }  // namespace planar_vslam

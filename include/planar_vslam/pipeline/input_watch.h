@@ -3,6 +3,7 @@
 // bounded memory.
 #include <optional>
 
+#include "planar_vslam/pipeline/laser_check.h"
 #include "planar_vslam/pipeline/stage_statistics.h"
 #include "planar_vslam/sensor/measurements.h"
 
@@ -23,9 +24,12 @@ class InputWatch {
  public:
   void Add(const CameraFrame& frame);
   void Add(const OdometryReading& reading);
+  void Add(const LaserFrame& frame);
 
   const StreamRhythm& images() const { return images_; }
   const StreamRhythm& odometry() const { return odometry_; }
+  const StreamRhythm& scans() const { return scans_; }
+  const LaserCheck& laser() const { return laser_; }
   // Shares of the images whose mean grey is under 25 or over 230 of 255.
   double dark_images() const { return ShareOf(dark_); }
   double bright_images() const { return ShareOf(bright_); }
@@ -38,7 +42,8 @@ class InputWatch {
  private:
   double ShareOf(long count) const { return looked_at_ > 0 ? static_cast<double>(count) / looked_at_ : 0.0; }
 
-  StreamRhythm images_, odometry_;
+  StreamRhythm images_, odometry_, scans_;
+  LaserCheck laser_;
   double looked_at_ = 0.0;  // images
   long dark_ = 0, bright_ = 0;
   DurationHistogram speeds_;  // m/s

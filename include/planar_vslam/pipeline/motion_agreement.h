@@ -1,0 +1,29 @@
+#pragma once
+// Whether the wheels went where the images went, and when: poses found by sight against odometry's, from frame to
+// frame. What a drive's turns show of the two clocks, what its straights show of the camera's yaw. Poses of a map that
+// the wheels helped to make lean towards them: they show about a third of a wrong yaw, and nine tenths of a clock's
+// offset.
+#include <optional>
+#include <vector>
+
+#include "planar_vslam/geometry/rigid2.h"
+#include "planar_vslam/pipeline/wheel_check.h"
+#include "planar_vslam/sensor/buffers.h"
+
+namespace planar_vslam {
+
+struct SeenPose {
+  Timestamp stamp;
+  Rigid2 T_map_base;
+};
+
+struct MotionAgreement {
+  std::optional<Deviation> time_offset;  // s, odometry's stamps minus the images'
+  std::optional<Deviation> turn;         // how much further the wheels turned, as a share; below -1: the other way
+  std::optional<Deviation> direction;    // rad, counter-clockwise from where the images drive to where the wheels do
+};
+
+// `seen` in order of stamps, poses found by sight alone. Nothing where too little motion shows a value.
+MotionAgreement CompareMotions(const std::vector<SeenPose>& seen, const OdometryBuffer& wheels);
+
+}  // namespace planar_vslam

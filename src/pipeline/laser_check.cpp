@@ -1,0 +1,78 @@
+#include "planar_vslam/pipeline/laser_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace planar_vslam {
+namespace {
+
+constexpr double kApart = 0.3;                       // s between the sweeps that are compared
+constexpr long kEnough = 400;                        // comparisons that tell
+constexpr double kLeastTurn = 0.1, kMostTurn = 0.7;  // rad between two of them
+constexpr std::size_t kMostWaiting = 20;             // sweeps that odometry does not cover
+
+// Mean difference of the ranges of two sweeps, the second turned by `turn` about the laser's axis against the first;
+// cut at a metre each, since what is behind an edge differs by any amount. Nothing where they hardly overlap.
+std::optional<double> Difference(const PlanarScan& first, const PlanarScan& second, double turn) {
+  if (first.angle_increment == 0.0) return std::nullopt;
+  const auto shift = static_cast<long>(std::lround(turn / first.angle_increment));
+  double sum = 0.0, count = 0.0;
+  for (std::size_t i = 0; i < second.ranges.size(); ++i) {
+    const long k = static_cast<long>(i) + shift;
+    if (k < 0 || k >= static_cast<long>(first.ranges.size())) continue;
+    const double difference =
+        std::abs(static_cast<double>(first.ranges[static_cast<std::size_t>(k)] - second.ranges[i]));
+    if (!std::isfinite(difference)) continue;
+    sum += std::min(difference, 1.0);
+    count += 1.0;
+  }
+  constexpr double kOverlap = 0.25;
+  if (count < kOverlap * static_cast<double>(second.ranges.size())) return std::nullopt;
+  return sum / count;
+}
+
+}  // namespace
+
+void LaserCheck::Add(const LaserFrame& frame) {
+  if (agree_ + mirrored_ >= kEnough || sweeps_.size() > kMostWaiting) return;
+  if (!sweeps_.empty() && SecondsBetween(sweeps_.back().scan.stamp, frame.scan.stamp) < kApart) return;
+  sweeps_.push_back(frame);
+}
+
+void LaserCheck::Add(const OdometryReading& reading) {
+  odometry_.Push(reading);
+  if (odometry_.empty()) return;
+  while (sweeps_.size() > 1 && sweeps_[1].scan.stamp <= odometry_.last_stamp()) {
+    Compare(sweeps_[0], sweeps_[1]);
+    sweeps_.pop_front();
+  }
+  if (!sweeps_.empty() && sweeps_.front().scan.stamp <= odometry_.last_stamp()) {
+    odometry_.DropBefore(sweeps_.front().scan.stamp);
+  } else if (sweeps_.empty()) {
+    odometry_.DropBefore(odometry_.last_stamp());
+  }
+}
+
+void LaserCheck::Compare(const LaserFrame& first, const LaserFrame& second) {
+  constexpr double kClear = 0.8;  // of the other difference
+  const std::optional<Rigid2> T_odom_first = odometry_.Interpolate(first.scan.stamp);
+  const std::optional<Rigid2> T_odom_second = odometry_.Interpolate(second.scan.stamp);
+  if (!T_odom_first.has_value() || !T_odom_second.has_value()) return;
+  const double turn = WrapAngle(T_odom_second->angle - T_odom_first->angle);
+  if (std::abs(turn) < kLeastTurn || std::abs(turn) > kMostTurn) return;
+  // About the laser's own axis, which points down where it hangs.
+  const double own = second.T_base_laser.R()(2, 2) < 0.0 ? -turn : turn;
+  const std::optional<double> as_said = Difference(first.scan, second.scan, own);
+  const std::optional<double> mirrored = Difference(first.scan, second.scan, -own);
+  if (!as_said.has_value() || !mirrored.has_value()) return;
+  agree_ += *as_said < kClear * *mirrored ? 1 : 0;
+  mirrored_ += *mirrored < kClear * *as_said ? 1 : 0;
+}
+
+bool LaserCheck::IsUpsideDown() const {
+  constexpr long kFewest = 5, kTimes = 3;
+  return mirrored_ >= kFewest && mirrored_ > kTimes * agree_;
+}
+
+}  // namespace planar_vslam

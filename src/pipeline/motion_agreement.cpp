@@ -1,0 +1,113 @@
+#include "planar_vslam/pipeline/motion_agreement.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace planar_vslam {
+namespace {
+
+constexpr double kLongestStep = 0.5;        // s between neighbours
+constexpr std::size_t kStraightFrames = 5;  // over which a direction is told
+constexpr double kFewest = 30.0;            // steps that show something
+constexpr double kFewestAlone = 6.0;        // without the overlap of pairs
+
+Timestamp Shifted(Timestamp stamp, double seconds) {
+  return {stamp.nanoseconds + Timestamp::FromSeconds(seconds).nanoseconds};
+}
+
+// The wheels' motion between two stamps of the camera's clock.
+std::optional<Rigid2> Driven(const OdometryBuffer& wheels, Timestamp from, Timestamp to, double offset) {
+  const std::optional<Rigid2> first = wheels.Interpolate(Shifted(from, offset));
+  const std::optional<Rigid2> second = wheels.Interpolate(Shifted(to, offset));
+  if (!first.has_value() || !second.has_value()) return std::nullopt;
+  return first->Inverse() * *second;
+}
+
+struct Turns {
+  double gg = 0.0, gr = 0.0, rr = 0.0, ww = 0.0, vv = 0.0, vw = 0.0;  // weighted sums
+};
+
+// Of all steps: by how much the turns differ (r) and how that changes with the offset (g).
+Turns SumTurns(const std::vector<SeenPose>& seen, const OdometryBuffer& wheels, double offset) {
+  constexpr double kStep = 0.02, kOutlier = 0.01;  // s, rad
+  Turns sums;
+  for (std::size_t i = 1; i < seen.size(); ++i) {
+    const SeenPose &a = seen[i - 1], &b = seen[i];
+    if (SecondsBetween(a.stamp, b.stamp) > kLongestStep) continue;
+    const std::optional<Rigid2> here = Driven(wheels, a.stamp, b.stamp, offset);
+    const std::optional<Rigid2> later = Driven(wheels, a.stamp, b.stamp, offset + kStep);
+    const std::optional<Rigid2> sooner = Driven(wheels, a.stamp, b.stamp, offset - kStep);
+    if (!here.has_value() || !later.has_value() || !sooner.has_value()) continue;
+    const double view = WrapAngle(b.T_map_base.angle - a.T_map_base.angle);
+    const double r = WrapAngle(view - here->angle);
+    const double g = WrapAngle(later->angle - sooner->angle) / (2.0 * kStep);
+    const double weight = kOutlier / std::max(kOutlier, std::abs(r));
+    sums.gg += weight * g * g;
+    sums.gr += weight * g * r;
+    sums.rr += weight * r * r;
+    sums.ww += weight;
+    sums.vv += view * view;
+    sums.vw += view * here->angle;
+  }
+  return sums;
+}
+
+// The offset under which the wheels' turns are most like the images', by Gauss and Newton.
+std::optional<Deviation> TimeOffset(const std::vector<SeenPose>& seen, const OdometryBuffer& wheels) {
+  constexpr double kWidest = 0.3;  // s
+  constexpr int kRounds = 6;
+  Deviation offset;
+  for (int round = 0; round < kRounds; ++round) {
+    const Turns sums = SumTurns(seen, wheels, offset.value);
+    if (sums.ww < kFewest || sums.gg == 0.0) return std::nullopt;
+    offset.value = std::clamp(offset.value + sums.gr / sums.gg, -kWidest, kWidest);
+    offset.sigma = std::sqrt(sums.rr / sums.ww / sums.gg);
+  }
+  constexpr double kTold = 0.02;  // s; where little turns, the rest is noise
+  if (offset.sigma > kTold || std::abs(offset.value) >= kWidest) return std::nullopt;
+  return offset;
+}
+
+std::optional<Deviation> Turn(const std::vector<SeenPose>& seen, const OdometryBuffer& wheels, double offset) {
+  constexpr double kTurned = 0.05;  // rad^2, of all steps
+  const Turns sums = SumTurns(seen, wheels, offset);
+  if (sums.ww < kFewest || sums.vv < kTurned) return std::nullopt;
+  return Deviation{sums.vw / sums.vv - 1.0, std::sqrt(sums.rr / sums.ww / sums.vv)};
+}
+
+// By the chords of nearly straight stretches, longer ones counting more.
+std::optional<Deviation> Direction(const std::vector<SeenPose>& seen, const OdometryBuffer& wheels, double offset) {
+  constexpr double kShortest = 0.05, kStraight = 0.15;  // m, rad
+  std::vector<Eigen::Vector2d> turns;                   // from the view's chord to the wheels', unit length
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  for (std::size_t i = kStraightFrames; i < seen.size(); ++i) {
+    const SeenPose &first = seen[i - kStraightFrames], &second = seen[i];
+    if (SecondsBetween(first.stamp, second.stamp) > kLongestStep * static_cast<double>(kStraightFrames)) continue;
+    const std::optional<Rigid2> driven = Driven(wheels, first.stamp, second.stamp, offset);
+    const Rigid2 viewed = first.T_map_base.Inverse() * second.T_map_base;
+    if (!driven.has_value() || driven->translation.norm() < kShortest || std::abs(viewed.angle) > kStraight) continue;
+    const Eigen::Vector2d &a = viewed.translation, &b = driven->translation;
+    if (a.norm() == 0.0) continue;
+    turns.push_back(Eigen::Vector2d(a.dot(b), a.x() * b.y() - a.y() * b.x()) / (a.norm() * b.norm()));
+    sum += turns.back();
+  }
+  const double alone = static_cast<double>(turns.size()) / static_cast<double>(kStraightFrames);
+  if (alone < kFewestAlone) return std::nullopt;
+  const double mean = std::atan2(sum.y(), sum.x());
+  double squares = 0.0;
+  for (const Eigen::Vector2d& turn : turns) squares += std::pow(WrapAngle(std::atan2(turn.y(), turn.x()) - mean), 2);
+  return Deviation{mean, std::sqrt(squares / static_cast<double>(turns.size()) / alone)};
+}
+
+}  // namespace
+
+MotionAgreement CompareMotions(const std::vector<SeenPose>& seen, const OdometryBuffer& wheels) {
+  MotionAgreement agreement;
+  agreement.time_offset = TimeOffset(seen, wheels);
+  const double offset = agreement.time_offset.has_value() ? agreement.time_offset->value : 0.0;
+  agreement.turn = Turn(seen, wheels, offset);
+  agreement.direction = Direction(seen, wheels, offset);
+  return agreement;
+}
+
+}  // namespace planar_vslam
