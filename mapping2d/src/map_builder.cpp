@@ -164,6 +164,15 @@ struct MapBuilder::State {
       if (take_s) ++s;
     }
   }
+
+  std::vector<OctomapVoxel> KnownVoxels() const {
+    std::vector<OctomapVoxel> voxels;
+    VisitFused([&](const VoxelIndex& voxel, std::int32_t log_odds, bool) {
+      if (Judge(log_odds) == Verdict::kUnknown) return;
+      voxels.push_back({voxel, static_cast<float>(log_odds / kUnitsPerNat)});
+    });
+    return voxels;
+  }
 };
 
 MapBuilder::MapBuilder(const MapBuilderOptions& options) {
@@ -234,12 +243,11 @@ OccupancyGrid2d MapBuilder::LaserGrid() const {
 }
 
 Expected<bool> MapBuilder::WriteOctomap(const std::filesystem::path& path) const {
-  std::vector<OctomapVoxel> voxels;
-  state_->VisitFused([&](const VoxelIndex& voxel, std::int32_t log_odds, bool) {
-    if (state_->Judge(log_odds) == Verdict::kUnknown) return;
-    voxels.push_back({voxel, static_cast<float>(log_odds / kUnitsPerNat)});
-  });
-  return WriteOctomapFile(voxels, state_->options.resolution, state_->options.occupied_threshold, path);
+  return WriteOctomapFile(state_->KnownVoxels(), state_->options.resolution, state_->options.occupied_threshold, path);
+}
+
+std::vector<OccupiedCube> MapBuilder::OccupiedCubes() const {
+  return OccupiedLeaves(state_->KnownVoxels(), state_->options.resolution, state_->options.occupied_threshold);
 }
 
 std::size_t MapBuilder::VoxelCount() const {

@@ -3,6 +3,7 @@
 #include <octomap/octomap.h>
 
 #include <fstream>
+#include <memory>
 
 namespace planar_vslam {
 namespace {
@@ -17,11 +18,10 @@ bool WriteBinaryTree(octomap::OcTree& tree, std::ostream& out) {
   return out.good();
 }
 
-}  // namespace
-
-Expected<bool> WriteOctomapFile(const std::vector<OctomapVoxel>& voxels, double resolution, double occupied_threshold,
-                                const std::filesystem::path& path) {
-  octomap::OcTree tree(resolution);
+std::unique_ptr<octomap::OcTree> MakeTree(const std::vector<OctomapVoxel>& voxels, double resolution,
+                                          double occupied_threshold) {
+  auto owned = std::make_unique<octomap::OcTree>(resolution);
+  octomap::OcTree& tree = *owned;
   tree.setOccupancyThres(occupied_threshold);
   for (const OctomapVoxel& voxel : voxels) {
     const octomap::OcTreeKey key(static_cast<octomap::key_type>(voxel.at.x), static_cast<octomap::key_type>(voxel.at.y),
@@ -29,12 +29,36 @@ Expected<bool> WriteOctomapFile(const std::vector<OctomapVoxel>& voxels, double 
     tree.setNodeValue(key, voxel.log_odds, /*lazy_eval=*/true);
   }
   if (tree.getRoot() != nullptr) tree.updateInnerOccupancy();
+  return owned;
+}
+
+}  // namespace
+
+Expected<bool> WriteOctomapFile(const std::vector<OctomapVoxel>& voxels, double resolution, double occupied_threshold,
+                                const std::filesystem::path& path) {
+  const std::unique_ptr<octomap::OcTree> owned = MakeTree(voxels, resolution, occupied_threshold);
+  octomap::OcTree& tree = *owned;
   std::ofstream file(path, std::ios::binary);
   const bool good = file && (path.extension() == ".ot" ? tree.write(file) : WriteBinaryTree(tree, file));
   if (!good || !file.flush()) {
     return Error{path.string() + ": cannot be written (is the folder there, and space left?)"};
   }
   return true;
+}
+
+std::vector<OccupiedCube> OccupiedLeaves(const std::vector<OctomapVoxel>& voxels, double resolution,
+                                         double occupied_threshold) {
+  std::vector<OccupiedCube> cubes;
+  if (voxels.empty()) return cubes;
+  const std::unique_ptr<octomap::OcTree> tree = MakeTree(voxels, resolution, occupied_threshold);
+  tree->toMaxLikelihood();
+  tree->prune();
+  for (auto leaf = tree->begin_leafs(); leaf != tree->end_leafs(); ++leaf) {
+    if (!tree->isNodeOccupied(*leaf)) continue;
+    const octomap::point3d center = leaf.getCoordinate();
+    cubes.push_back({{center.x(), center.y(), center.z()}, static_cast<float>(leaf.getSize())});
+  }
+  return cubes;
 }
 
 }  // namespace planar_vslam

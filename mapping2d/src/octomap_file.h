@@ -1,10 +1,11 @@
 #pragma once
-// The only header that knows OctoMap: voxels to its files.
+// The only header that knows OctoMap: voxels to its trees and files.
 #include <cstdint>
 #include <filesystem>
 #include <vector>
 
 #include "planar_vslam/geometry/expected.h"
+#include "planar_vslam/mapping2d/map_builder.h"
 #include "voxels.h"
 
 namespace planar_vslam {
@@ -17,5 +18,9 @@ struct OctomapVoxel {
 // Full tree with log-odds where the name ends in .ot, else the binary one.
 Expected<bool> WriteOctomapFile(const std::vector<OctomapVoxel>& voxels, double resolution, double occupied_threshold,
                                 const std::filesystem::path& path);
+
+// The occupied leaves of the pruned maximum likelihood tree.
+std::vector<OccupiedCube> OccupiedLeaves(const std::vector<OctomapVoxel>& voxels, double resolution,
+                                         double occupied_threshold);
 
 }  // namespace planar_vslam

@@ -2,7 +2,6 @@
 
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <fmt/format.h>
-#include <ros/this_node.h>
 
 #include <algorithm>
 
@@ -17,6 +16,17 @@ bool IsDue(std::optional<Timestamp>* last, Timestamp now, double period) {
   if (last->has_value() && now > **last && SecondsBetween(**last, now) < period) return false;
   *last = now;
   return true;
+}
+
+// The loops closed, by the keyframes that are still there.
+std::vector<KeyframePair> LoopsOf(const Map& map, const EstimatorReport& report) {
+  std::vector<KeyframePair> loops;
+  for (const LoopReport& loop : report.loops) {
+    for (const auto& [id, keyframe] : map.keyframes) {
+      if (keyframe.stamp == loop.keyframe) loops.emplace_back(loop.closed.old, id);
+    }
+  }
+  return loops;
 }
 
 }  // namespace
@@ -41,8 +51,6 @@ void LocalizationPublisher::OnFrame(const FrameReport& report) {
 void LocalizationPublisher::OnRestart() {
   const std::lock_guard<std::mutex> lock(mutex_);
   T_map_odom_.reset();
-  broadcast_stamp_ = ros::Time();
-  odometry_stamp_ = ros::Time();
 }
 
 void LocalizationPublisher::OnOdometry(const ros::Time& stamp) {
@@ -77,7 +85,9 @@ MapPublisher::MapPublisher(ros::NodeHandle* node, const NodeSettings& settings)
       map_updates_(node->advertise<map_msgs::OccupancyGridUpdate>("map_updates", 10)),
       map_points_(node->advertise<sensor_msgs::PointCloud2>("map_points", 1, true)),
       path_(node->advertise<nav_msgs::Path>("path", 1, true)),
-      keyframes_(node->advertise<geometry_msgs::PoseArray>("keyframes", 1, true)) {}
+      keyframes_(node->advertise<geometry_msgs::PoseArray>("keyframes", 1, true)),
+      octomap_(node->advertise<visualization_msgs::MarkerArray>("octomap_markers", 1)),
+      graph_(node->advertise<visualization_msgs::MarkerArray>("graph", 1)) {}
 
 void MapPublisher::OnFrame(const TrackingLoop& loop, Timestamp stamp) {
   if (building_ || loop.map() == nullptr) return;
@@ -85,8 +95,9 @@ void MapPublisher::OnFrame(const TrackingLoop& loop, Timestamp stamp) {
   const bool points_due = IsDue(&last_points_, stamp, settings_.map_points_period);
   if (!grid_due && !points_due) return;
   building_ = true;
-  builder_.Submit([this, snapshot = *loop.Snapshot(), grid_due, generation = generation_] {
-    Publish(snapshot, grid_due, generation);
+  builder_.Submit([this, snapshot = *loop.Snapshot(), loops = LoopsOf(*loop.map(), loop.estimator()->report()),
+                   grid_due, generation = generation_] {
+    Publish(snapshot, loops, grid_due, generation);
     building_ = false;
   });
 }
@@ -102,6 +113,8 @@ void MapPublisher::OnRestart() {
   map_points_.publish(ToPointCloud(header, {}));
   path_.publish(ToPath(header, {}));
   keyframes_.publish(ToPoseArray(header, Map{}));
+  graph_.publish(ToGraphMarkers(header, Map{}, {}));
+  octomap_.publish(ToOctomapMarkers(header, settings_.pipeline.mapping2d.resolution, {}));
   if (!grid_.has_value()) return;
   OccupancyGrid2d nothing_known = *grid_;
   constexpr std::int8_t kUnknown = -1;
@@ -110,7 +123,8 @@ void MapPublisher::OnRestart() {
   grid_.reset();
 }
 
-void MapPublisher::Publish(const EstimatorSnapshot& snapshot, bool grid_due, long generation) {
+void MapPublisher::Publish(const EstimatorSnapshot& snapshot, const std::vector<KeyframePair>& loops, bool grid_due,
+                           long generation) {
   const std_msgs::Header header = MakeHeader(snapshot.stamp, settings_.map_frame);
   const sensor_msgs::PointCloud2 points = ToPointCloud(header, LandmarkCloud(*snapshot.map));
   const nav_msgs::Path path = ToPath(header, snapshot.trajectory.Poses(*snapshot.map));
@@ -120,10 +134,16 @@ void MapPublisher::Publish(const EstimatorSnapshot& snapshot, bool grid_due, lon
     map_points_.publish(points);
     path_.publish(path);
     keyframes_.publish(ToPoseArray(header, *snapshot.map));
+    if (graph_.getNumSubscribers() > 0) graph_.publish(ToGraphMarkers(header, *snapshot.map, loops));
   }
   if (!grid_due) return;
   navigation_.Update(*snapshot.map, snapshot.camera);
   PublishGrid(header, navigation_.builder().Grid(), generation);
+  if (octomap_.getNumSubscribers() == 0) return;
+  const auto cubes = navigation_.builder().OccupiedCubes();
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (generation != generation_) return;
+  octomap_.publish(ToOctomapMarkers(header, settings_.pipeline.mapping2d.resolution, cubes));
 }
 
 void MapPublisher::PublishGrid(const std_msgs::Header& header, const OccupancyGrid2d& grid, long generation) {
@@ -151,8 +171,8 @@ std::optional<nav_msgs::OccupancyGrid> MapPublisher::grid() {
   return ToOccupancyGrid(grid_header_, *grid_);
 }
 
-DiagnosticsPublisher::DiagnosticsPublisher(ros::NodeHandle* node, const InputQueue& queue)
-    : queue_(queue), publisher_(node->advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10)) {
+DiagnosticsPublisher::DiagnosticsPublisher(ros::NodeHandle* node, const std::string& name, const InputQueue& queue)
+    : queue_(queue), name_(name), publisher_(node->advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10)) {
   constexpr double kPeriodSeconds = 1.0;
   timer_ = node->createWallTimer(ros::WallDuration(kPeriodSeconds), [this](const ros::WallTimerEvent&) { Publish(); });
 }
@@ -188,7 +208,7 @@ void DiagnosticsPublisher::Publish() {
   }
   using diagnostic_msgs::DiagnosticStatus;
   DiagnosticStatus message;
-  message.name = ros::this_node::getName() + ": tracking";
+  message.name = name_ + ": tracking";
   message.hardware_id = "none";
   const auto add = [&message](const std::string& key, const std::string& value) {
     diagnostic_msgs::KeyValue pair;

@@ -9,7 +9,9 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "markers.h"
 #include "parameters.h"
 #include "planar_vslam/pipeline/executor.h"
 #include "planar_vslam/pipeline/navigation_map.h"
@@ -39,8 +41,9 @@ class LocalizationPublisher {
   ros::Timer timer_;  // last: stops before the rest goes
 };
 
-// `map`, `map_updates`, `map_points`, `path`, `keyframes`, built on a thread of their own from snapshots. `map` comes
-// whole to who subscribes and whenever its bounds change; in between `map_updates` has the changed rectangle.
+// `map`, `map_updates`, `map_points`, `path`, `keyframes`, `octomap_markers`, `graph`, built on a thread of their own
+// from snapshots. `map` comes whole to who subscribes and whenever its bounds change; in between `map_updates` has the
+// changed rectangle.
 class MapPublisher {
  public:
   MapPublisher(ros::NodeHandle* node, const NodeSettings& settings);
@@ -54,7 +57,8 @@ class MapPublisher {
 
  private:
   // `generation`: of maps, as it was when the snapshot was taken.
-  void Publish(const EstimatorSnapshot& snapshot, bool grid_due, long generation);
+  void Publish(const EstimatorSnapshot& snapshot, const std::vector<KeyframePair>& loops, bool grid_due,
+               long generation);
   void PublishGrid(const std_msgs::Header& header, const OccupancyGrid2d& grid, long generation);
   void OnMapSubscriber(const ros::SingleSubscriberPublisher& subscriber);
 
@@ -64,7 +68,7 @@ class MapPublisher {
   std::optional<OccupancyGrid2d> grid_;  // as published last
   long generation_ = 0;                  // a restart begins a new one: what is built of maps before is dropped
   std_msgs::Header grid_header_;
-  ros::Publisher map_, map_updates_, map_points_, path_, keyframes_;
+  ros::Publisher map_, map_updates_, map_points_, path_, keyframes_, octomap_, graph_;
   std::optional<Timestamp> last_grid_, last_points_;
   std::atomic<bool> building_{false};
   WorkerExecutor builder_;  // last: its jobs end before the rest goes
@@ -73,7 +77,8 @@ class MapPublisher {
 // `/diagnostics` once a second of wall time, so that a stopped clock shows too.
 class DiagnosticsPublisher {
  public:
-  DiagnosticsPublisher(ros::NodeHandle* node, const InputQueue& queue);
+  // `name` of the node or nodelet.
+  DiagnosticsPublisher(ros::NodeHandle* node, const std::string& name, const InputQueue& queue);
 
   // On the tracking thread.
   void OnFrame(const FrameReport& report);
@@ -92,6 +97,7 @@ class DiagnosticsPublisher {
   void Publish();
 
   const InputQueue& queue_;
+  const std::string name_;
   ros::Publisher publisher_;
   std::mutex mutex_;
   Status status_;

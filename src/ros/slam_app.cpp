@@ -15,7 +15,7 @@ namespace planar_vslam::ros_face {
 
 class SlamApp::Implementation {
  public:
-  Implementation(const ros::NodeHandle& node, const NodeSettings& settings,
+  Implementation(const ros::NodeHandle& node, const std::string& name, const NodeSettings& settings,
                  std::function<void(const std::string&)> on_map_refused)
       : settings_(settings),
         node_(node),
@@ -26,7 +26,7 @@ class SlamApp::Implementation {
                   {[this](const FrameReport& report) { reports_.push_back(report); }, [this] { OnRestart(); },
                    std::move(on_map_refused)},
                   [this](const TrackingLoop& loop) { OnInput(loop); }),
-        diagnostics_(&node_, tracking_.queue()),
+        diagnostics_(&node_, name, tracking_.queue()),
         services_(std::in_place, node_, settings, &tracking_, &maps_) {
     Subscribe();
     tracking_.Start();
@@ -119,9 +119,9 @@ class SlamApp::Implementation {
   image_transport::Subscriber image_;
 };
 
-SlamApp::SlamApp(const ros::NodeHandle& node, const NodeSettings& settings,
+SlamApp::SlamApp(const ros::NodeHandle& node, const std::string& name, const NodeSettings& settings,
                  std::function<void(const std::string&)> on_map_refused)
-    : implementation_(std::make_unique<Implementation>(node, settings, std::move(on_map_refused))) {}
+    : implementation_(std::make_unique<Implementation>(node, name, settings, std::move(on_map_refused))) {}
 
 SlamApp::~SlamApp() = default;
 

@@ -11,9 +11,9 @@ namespace planar_vslam::ros_face {
 
 class SlamApp {
  public:
-  // `on_map_refused`: ~map_file does not fit the camera; nothing is tracked until
+  // `name` is what diagnostics go by. `on_map_refused`: ~map_file does not fit the camera; nothing is tracked until
   // another map is loaded. Throws image_transport::TransportLoadException where that plugin is missing.
-  SlamApp(const ros::NodeHandle& node, const NodeSettings& settings,
+  SlamApp(const ros::NodeHandle& node, const std::string& name, const NodeSettings& settings,
           std::function<void(const std::string&)> on_map_refused);
   ~SlamApp();
   SlamApp(const SlamApp&) = delete;

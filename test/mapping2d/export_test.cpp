@@ -82,6 +82,20 @@ TEST(WriteOctomap, SameInputGivesTheSameBytes) {
   EXPECT_EQ(Bytes(folder.path() / "a.ot"), Bytes(folder.path() / "b.ot"));
 }
 
+TEST(OccupiedCubes, AreTheOccupiedLeaves) {
+  const std::vector<OccupiedCube> cubes = SmallMap().OccupiedCubes();
+  ASSERT_FALSE(cubes.empty());
+  bool wall = false;
+  for (const OccupiedCube& cube : cubes) {
+    EXPECT_GE(cube.size, 0.0499F);
+    const Eigen::Vector3f offset = (cube.center - Eigen::Vector3f(2.025F, 0.025F, 0.225F)).cwiseAbs();
+    wall = wall || offset.maxCoeff() <= 0.5F * cube.size;
+    EXPECT_GT(cube.center.x(), 1.3F) << "the room is free";
+  }
+  EXPECT_TRUE(wall);
+  EXPECT_TRUE(MapBuilder{MapBuilderOptions{}}.OccupiedCubes().empty());
+}
+
 TEST(WriteOctomap, UnwritableFileIsNamed) {
   const test::TemporaryFolder folder;
   const auto written = SmallMap().WriteOctomap(folder.path() / "absent" / "map.bt");

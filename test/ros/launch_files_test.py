@@ -4,7 +4,10 @@ import os
 import subprocess
 import sys
 import unittest
+import xml.etree.ElementTree
 
+import roslaunch.config
+import roslaunch.core
 import roslib.packages
 import rostest
 
@@ -12,11 +15,24 @@ import rostest
 CASES = [('slam.launch', [], ['/slam']),
          ('slam.launch', ['rviz:=true'], ['/rviz', '/slam']),
          ('replay.launch', ['bag:=/nonexistent.bag', 'rviz:=false'], ['/play', '/slam']),
+         ('localization.launch', ['map_file:=/maps/lab.pvm'], ['/slam']),
+         ('localization.launch', ['map_file:=/maps/lab.pvm', 'pose:=amcl_pose', 'rviz:=true'], ['/rviz', '/slam']),
+         ('pepper.launch', [], ['/slam']),
+         ('pepper.launch', ['driver:=/pepper_robot', 'camera:=bottom', 'mode:=localization', 'map_file:=/maps/lab.pvm', 'rviz:=true'],
+          ['/rviz', '/slam']),
          ('simulation.launch', [], ['/simulation']),
          ('simulation.launch', ['world:=office', 'variants:=[light=daylight, glossy]', 'start:=[2, 1, 90]', 'rviz:=true'],
           ['/rviz', '/simulation']),
          ('demo.launch', [], ['/simulation', '/slam']),
          ('demo.launch', ['rviz:=true', 'variants:=[moved-furniture]'], ['/rviz', '/simulation', '/slam'])]
+
+FOLDER = os.path.join(roslib.packages.get_pkg_dir('planar_vslam'), 'launch')
+
+
+def node_of(name, *arguments):
+    """What roslaunch makes of the launch file's slam_node."""
+    config = roslaunch.config.load_config_default([(os.path.join(FOLDER, name), list(arguments))], None, verbose=False)
+    return [node for node in config.nodes if node.type == 'slam_node'][0]
 
 
 class LaunchFiles(unittest.TestCase):
@@ -27,8 +43,27 @@ class LaunchFiles(unittest.TestCase):
             self.assertEqual(result.returncode, 0, '%s: %s' % (' '.join(command), result.stderr))
             self.assertEqual(sorted(result.stdout.split()), nodes, ' '.join(command))
 
+    def test_every_argument_says_what_it_is(self):
+        for name in ('slam.launch', 'localization.launch', 'replay.launch', 'pepper.launch'):
+            root = xml.etree.ElementTree.parse(os.path.join(FOLDER, name)).getroot()
+            page = open(os.path.join(FOLDER, '..', 'docs', 'ros_api.md'), encoding='utf-8').read()
+            for argument in root.findall('arg'):
+                self.assertTrue(argument.get('doc'), '%s: %s' % (name, argument.get('name')))
+                self.assertIn('`%s`' % argument.get('name'), page, name)
+
+    def test_topics_go_where_amcl_has_them(self):
+        remaps = node_of('localization.launch', 'map_file:=/maps/lab.pvm', 'pose:=amcl_pose', 'scan:=/base_scan').remap_args
+        self.assertIn(['pose', 'amcl_pose'], [list(r) for r in remaps])
+        self.assertIn(['scan', '/base_scan'], [list(r) for r in remaps])
+
+    def test_pepper_listens_to_its_driver(self):
+        remaps = [list(r) for r in node_of('pepper.launch', 'camera:=bottom').remap_args]
+        for ours, theirs in (('image', 'camera/bottom/image_raw'), ('camera_info', 'camera/bottom/camera_info'),
+                             ('odom', 'odom'), ('scan', 'laser')):
+            self.assertIn([ours, '/naoqi_driver/' + theirs], remaps)
+
     def test_none_is_left_out(self):
-        folder = os.path.join(roslib.packages.get_pkg_dir('planar_vslam'), 'launch')
+        folder = FOLDER
         self.assertEqual(sorted(os.listdir(folder)), sorted({name for name, _, _ in CASES}))
 
 

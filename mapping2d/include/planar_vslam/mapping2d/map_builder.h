@@ -113,6 +113,12 @@ struct PosedScan {
   int epoch = 0;
 };
 
+// A leaf of the OctoMap: 2^n voxels wide.
+struct OccupiedCube {
+  Eigen::Vector3f center = Eigen::Vector3f::Zero();  // map, m
+  float size = 0.0F;                                 // m
+};
+
 class MapBuilder {
  public:
   explicit MapBuilder(const MapBuilderOptions& options);
@@ -142,6 +148,8 @@ class MapBuilder {
   OccupancyGrid2d LaserGrid() const;
   // The fused voxels that are occupied or free, as OctoMap's .bt, or with probabilities where the name ends in .ot.
   Expected<bool> WriteOctomap(const std::filesystem::path& path) const;
+  // The occupied leaves of what WriteOctomap writes as .bt: eight full neighbours are one cube.
+  std::vector<OccupiedCube> OccupiedCubes() const;
   std::size_t VoxelCount() const;  // known to the layers in use
   std::size_t MemoryBytes() const;
 
