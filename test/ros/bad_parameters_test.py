@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""slam_node with wrong parameters: every problem is named and the exit code is 2."""
+"""slam_node and mapping2d_node with wrong parameters: every problem is named and the exit code is 2."""
 import subprocess
 import sys
 import unittest
@@ -9,10 +9,10 @@ import rospy
 import rostest
 
 
-def run_node(name, parameters):
+def run_node(name, parameters, kind="slam_node"):
     for key, value in parameters.items():
         rospy.set_param(f"/{name}/{key}", value)
-    command = [roslib.packages.find_node("planar_vslam", "slam_node")[0], f"__name:={name}"]
+    command = [roslib.packages.find_node("planar_vslam", kind)[0], f"__name:={name}"]
     return subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=30, text=True)
 
 
@@ -33,6 +33,12 @@ class BadParameters(unittest.TestCase):
         result = run_node("transport", {"image_transport": "pigeon"})
         self.assertEqual(result.returncode, 2, result.stdout)
         self.assertIn("pigeon", result.stdout)
+
+    def test_mapping2d_node(self):
+        result = run_node("saved", {"map_file": "/nonexistent/lab.pvm", "mode": "mapping"}, "mapping2d_node")
+        self.assertEqual(result.returncode, 2, result.stdout)
+        self.assertIn("/nonexistent/lab.pvm", result.stdout)
+        self.assertIn("mode", result.stdout)
 
 
 if __name__ == "__main__":
