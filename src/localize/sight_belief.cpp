@@ -80,6 +80,7 @@ void SightBelief::Move(const Rigid2& T_before_now) {
   for (SightedPlace& place : places_) place.T_map_base = place.T_map_base * T_before_now;
   if (leader_.has_value()) leader_ = *leader_ * T_before_now;
   if (expected_.has_value()) expected_ = *expected_ * T_before_now;
+  if (believed_.has_value()) believed_->T_map_base = believed_->T_map_base * T_before_now;
 }
 
 bool SightBelief::WantsView() const { return views_.empty() || IsNewPlace(views_.back().T_now_base); }
@@ -115,7 +116,9 @@ void SightBelief::Count(const Map& map) {
   const bool refuted = stands_out && expected_.has_value() && !at_once;
   stood_out_ = !stands_out || refuted ? 0 : at_once ? kTimes : same ? stood_out_ + 1 : 1;
   leader_.reset();
+  believed_.reset();
   if (stands_out) leader_ = best->T_map_base;
+  if (stood_out_ >= kTimes) believed_ = *best;
 }
 
 // Those that were carried here, those that are suggested, and the best of those that votes name.
@@ -134,7 +137,9 @@ std::vector<Rigid2> SightBelief::Candidates(const std::vector<Rigid2>& suggested
 
 SightedPlace SightBelief::Weigh(const Rigid2& guess, const std::vector<SightView>& views) const {
   SightedPlace place;
-  place.T_map_base = Settle(*table_, guess, views);
+  const SettledPlace settled = Settle(*table_, guess, views);
+  place.T_map_base = settled.T_map_base;
+  place.covariance = settled.covariance;
   place.agreement = Compare(*table_, place.T_map_base, views, kWindow);
   place.log_odds = LogOddsOf(place.agreement, kByChance);
   if (place.log_odds <= 0.0) return place;
@@ -155,11 +160,6 @@ bool SightBelief::StandsOut(const SightedPlace& best, const Map& map) const {
   if (expected) return true;
   const double look_alike = kTimesLookAlike * LookAlikeShare(*table_, map, best.T_map_base, views_);
   return LogOddsOf(best.agreement, look_alike) >= enough;
-}
-
-std::optional<Rigid2> SightBelief::Believed() const {
-  if (stood_out_ < kTimes) return std::nullopt;
-  return leader_;
 }
 
 double LookAlikeShare(const LandmarkTable& table, const Map& map, const Rigid2& T_map_base,
@@ -186,7 +186,7 @@ double LookAlikeShare(const LandmarkTable& table, const Map& map, const Rigid2& 
   double largest = 0.0;
   for (const Rigid2& place : VotedPlaces(table, mapped, matches, 2 * kVoted)) {
     if ((place.translation - T_map_base.translation).norm() < kElsewhere) continue;
-    const Rigid2 settled = Settle(table, place, mapped);
+    const Rigid2 settled = Settle(table, place, mapped).T_map_base;
     if ((settled.translation - T_map_base.translation).norm() < kElsewhere) continue;
     const Agreement agreement = Compare(table, settled, mapped, kWindow);
     if (agreement.visible >= kLeastInView * static_cast<double>(mapped.size()))

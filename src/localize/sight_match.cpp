@@ -154,23 +154,30 @@ Agreement Compare(const LandmarkTable& table, const Rigid2& T_map_base, const st
   return Look(table, T_map_base, views, window, nullptr);
 }
 
-Rigid2 Settle(const LandmarkTable& table, const Rigid2& guess, const std::vector<SightView>& views) {
+SettledPlace Settle(const LandmarkTable& table, const Rigid2& guess, const std::vector<SightView>& views) {
   constexpr std::array<double, 3> kWindows{30.0, 15.0, 8.0};  // px
   constexpr double kScale = 0.4;                              // of the window, of errors that count fully
   constexpr std::size_t kLeast = 6;                           // landmarks
   constexpr int kSteps = 6;
-  Rigid2 T_map_base = guess;
+  constexpr double kCorrelated = 9.0;  // matches that count as one: views share landmarks, and what is wrong with them
+  constexpr double kSigma = 0.06;      // m, that odometry between the views and the height of the camera leave
+  constexpr double kSigmaAngle = DegreesToRadians(0.7);
+  SettledPlace place{guess};
+  Normal normal;
   for (const double window : kWindows) {
     std::vector<Sight> sights;
-    Look(table, T_map_base, views, window, &sights);
-    if (sights.size() < kLeast) return T_map_base;
+    Look(table, place.T_map_base, views, window, &sights);
+    if (sights.size() < kLeast) return place;
     for (int step = 0; step < kSteps; ++step) {
-      Normal normal;
-      for (const Sight& sight : sights) normal.Add(sight, T_map_base, kScale * window);
-      T_map_base = T_map_base * ExpSe2(normal.H.ldlt().solve(normal.g));
+      normal = Normal{};
+      for (const Sight& sight : sights) normal.Add(sight, place.T_map_base, kScale * window);
+      place.T_map_base = place.T_map_base * ExpSe2(normal.H.ldlt().solve(normal.g));
     }
   }
-  return T_map_base;
+  const Eigen::Vector3d model(kSigma, kSigma, kSigmaAngle);
+  place.covariance = kCorrelated * normal.H.inverse();
+  place.covariance += model.cwiseAbs2().asDiagonal();
+  return place;
 }
 
 double ShareByChance(const LandmarkTable& table, const Rigid2& T_map_base, const std::vector<SightView>& views) {

@@ -18,6 +18,20 @@ FrameFeaturesPtr Extract(OrbExtractor* extractor, const GrayImage& image, bool i
       extractor->Extract(image, initializing ? kInitializationFactor * count : count));
 }
 
+// What odometry predicts, corrected by what was measured: a Kalman update. Where odometry is farther off than it says,
+// what it missed is part of its covariance first.
+PlanarFix Merged(const PlanarFix& predicted, const PlanarFix& measured) {
+  constexpr double kChi2ThreeDof999 = 16.266;  // chi-square, 3 dof, 99.9 %
+  const Eigen::Vector3d off = LogSe2(predicted.T_map_base.Inverse() * measured.T_map_base);
+  Eigen::Matrix3d P = predicted.covariance;
+  const Eigen::Matrix3d innovation = P + measured.covariance;
+  if (off.dot(innovation.ldlt().solve(off)) > kChi2ThreeDof999) P += off * off.transpose();
+  const Eigen::Matrix3d total = P + measured.covariance;
+  const Eigen::Matrix3d gain = total.ldlt().solve(P).transpose();
+  const Eigen::Matrix3d reduced = P - gain * P;
+  return {predicted.T_map_base * ExpSe2(gain * off), 0.5 * (reduced + reduced.transpose())};
+}
+
 }  // namespace
 
 Localization::Localization(const PipelineOptions& options, const MeasurementModel& model, std::size_t trajectory_frames)
@@ -162,8 +176,9 @@ bool Localization::FindPlace(const FramePacket& packet, const TrackedFrame& fram
     finder_.emplace(map_laser_.field, expected);
   }
   finder_->Add(packet, frame.step->T_i_j);
-  const std::optional<PlanarFix> found = finder_->Found();
+  std::optional<PlanarFix> found = finder_->Found();
   if (!found.has_value()) return false;
+  if (tracker_.localized() && !finder_->ByLaser()) found = Merged(Predicted(*frame.step), *found);
   Matrix6d covariance = Matrix6d::Zero();
   covariance(kPlanarRows, kPlanarRows) = found->covariance;
   // Until the camera follows from there, the images of the last metres go on to tell.
@@ -191,13 +206,16 @@ void Localization::WeighView(const FramePacket& packet, bool was_localized, Trac
   }
 }
 
-std::optional<PlanarFix> Localization::FixByLaser(const FramePacket& packet, const PlanarMotion& step) {
-  if (!tracker_.localized()) return std::nullopt;
+PlanarFix Localization::Predicted(const PlanarMotion& step) const {
   const Eigen::Matrix3d adjoint = AdjointSe2(step.T_i_j.Inverse());
   const Eigen::Matrix3d last = last_.covariance(kPlanarRows, kPlanarRows);
-  return LaserTracker(map_laser_)
-      .Fix(packet, ProjectToPlane(last_.T_map_base) * step.T_i_j,
-           adjoint * last * adjoint.transpose() + step.covariance);
+  return {ProjectToPlane(last_.T_map_base) * step.T_i_j, adjoint * last * adjoint.transpose() + step.covariance};
+}
+
+std::optional<PlanarFix> Localization::FixByLaser(const FramePacket& packet, const PlanarMotion& step) {
+  if (!tracker_.localized()) return std::nullopt;
+  const PlanarFix predicted = Predicted(step);
+  return LaserTracker(map_laser_).Fix(packet, predicted.T_map_base, predicted.covariance);
 }
 
 bool Localization::Jumps(const TrackResult& track, const PlanarMotion& step, Timestamp stamp) const {

@@ -114,16 +114,14 @@ void PlaceFinder::AddViewBesideLaser(const CameraView& view, const Map& map, con
 std::optional<PlanarFix> PlaceFinder::Found() {
   constexpr double kPosition = 0.10;  // m: the field's cells, and odometry over the sweeps
   constexpr double kAngle = DegreesToRadians(2.0);
-  constexpr double kPositionBySight = 0.15;  // m: landmarks seen from elsewhere than the map did, and odometry
-  constexpr double kAngleBySight = DegreesToRadians(2.0);
   if (const std::optional<Rigid2> by_laser = belief_.Believed())
     return PlanarFix{*by_laser, Diagonal(kPosition, kAngle)};
   if (ByLaser() || !viewed_) return std::nullopt;
   viewed_ = false;
-  const std::optional<Rigid2> by_sight = sight_->Believed();
+  const std::optional<SightedPlace>& by_sight = sight_->Believed();
   if (!by_sight.has_value()) return std::nullopt;
-  sight_->Expect(*by_sight);
-  return PlanarFix{*by_sight, Diagonal(kPositionBySight, kAngleBySight)};
+  sight_->Expect(by_sight->T_map_base);
+  return PlanarFix{by_sight->T_map_base, by_sight->covariance};
 }
 
 // The best of all poses around. Nothing where none explains the sweep, or several do.

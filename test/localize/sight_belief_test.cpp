@@ -88,7 +88,7 @@ TEST(SightBelief, KnowsAtOnceWhereAViewShowsNearlyAll) {
   Driver driver(world, world.map);
   driver.See(0.9);
   ASSERT_TRUE(driver.belief().Believed().has_value());
-  EXPECT_LT((driver.belief().Believed()->translation - driver.truth().translation).norm(), 0.03);
+  EXPECT_LT((driver.belief().Believed()->T_map_base.translation - driver.truth().translation).norm(), 0.03);
 }
 
 TEST(SightBelief, NeedsSeveralPlacesWhereViewsShowLittle) {
@@ -100,7 +100,7 @@ TEST(SightBelief, NeedsSeveralPlacesWhereViewsShowLittle) {
   }
   for (int place = 2; place < 6; ++place) driver.See(0.3);
   ASSERT_TRUE(driver.belief().Believed().has_value());
-  EXPECT_LT((driver.belief().Believed()->translation - driver.truth().translation).norm(), 0.05);
+  EXPECT_LT((driver.belief().Believed()->T_map_base.translation - driver.truth().translation).norm(), 0.05);
 }
 
 TEST(SightBelief, NeverBelievesInARoomTheMapDoesNotKnow) {
@@ -124,7 +124,7 @@ TEST(SightBelief, TwinsAreToldApartByWhereTheRobotIsExpected) {
   Driver expecting(world, map, ProjectToPlane(test::SyntheticPose(0.4)) * Rigid2(0.3, -0.2, 0.1));
   expecting.See(0.9);
   ASSERT_TRUE(expecting.belief().Believed().has_value());
-  EXPECT_LT((expecting.belief().Believed()->translation - expecting.truth().translation).norm(), 0.03);
+  EXPECT_LT((expecting.belief().Believed()->T_map_base.translation - expecting.truth().translation).norm(), 0.03);
 }
 
 TEST(SightBelief, WhatIsFarFromWhereTheRobotIsExpectedHasToShowNearlyAll) {
@@ -139,7 +139,7 @@ TEST(SightBelief, WhatIsFarFromWhereTheRobotIsExpectedHasToShowNearlyAll) {
     driver.See(1.0);
   }
   ASSERT_TRUE(driver.belief().Believed().has_value());
-  EXPECT_TRUE(IsSamePlace(*driver.belief().Believed(), driver.truth()));
+  EXPECT_TRUE(IsSamePlace(driver.belief().Believed()->T_map_base, driver.truth()));
 }
 
 }  // namespace

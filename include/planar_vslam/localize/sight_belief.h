@@ -21,6 +21,7 @@ namespace planar_vslam {
 
 struct SightedPlace {
   Rigid2 T_map_base;
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();  // of a right perturbation [x, y, angle]
   Agreement agreement;
   double log_odds = 0.0;
 };
@@ -41,7 +42,7 @@ class SightBelief {
   // Best first.
   const std::vector<SightedPlace>& places() const { return places_; }
   // The place that is believed, if one is.
-  std::optional<Rigid2> Believed() const;
+  const std::optional<SightedPlace>& Believed() const { return believed_; }
   // The robot is taken to be there from now on.
   void Expect(const Rigid2& T_map_base) { expected_ = T_map_base; }
 
@@ -60,6 +61,7 @@ class SightBelief {
   std::optional<Rigid2> expected_;
   std::optional<Rigid2> leader_;  // that stood out at the last view
   int stood_out_ = 0;             // views in a row at which it did
+  std::optional<SightedPlace> believed_;
 };
 
 // The largest share of what the map saw around `T_map_base` that it shows at another place, too. `views` say where it

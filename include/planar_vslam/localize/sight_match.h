@@ -26,9 +26,15 @@ struct Agreement {
 Agreement Compare(const LandmarkTable& table, const Rigid2& T_map_base, const std::vector<SightView>& views,
                   double window);
 
+// A place, with its covariance: of a right perturbation [x, y, angle].
+struct SettledPlace {
+  Rigid2 T_map_base;
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
+};
+
 // The place near `guess`, within some 0.3 m and 5 degrees, where most landmarks lie best. The guess where too few are
 // found.
-Rigid2 Settle(const LandmarkTable& table, const Rigid2& guess, const std::vector<SightView>& views);
+SettledPlace Settle(const LandmarkTable& table, const Rigid2& guess, const std::vector<SightView>& views);
 
 // The share of landmarks that the images would show by chance, around there: what is found from a place where the robot
 // is turned by some degrees, and landmarks lie where they do not belong.

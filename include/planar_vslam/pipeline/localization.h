@@ -52,6 +52,8 @@ class Localization {
   // The view of a frame that was not found goes to what is known of its place; one that was found there is held against
   // it, and refused where the laser sees another place.
   void WeighView(const FramePacket& packet, bool was_localized, TrackedFrame* frame);
+  // Where odometry leads from the frame before.
+  PlanarFix Predicted(const PlanarMotion& step) const;
   // What the laser says of the pose, in a map that stays as it is. `step`: since the frame before.
   std::optional<PlanarFix> FixByLaser(const FramePacket& packet, const PlanarMotion& step);
   // Whether the pose is off what odometry leads to by more than a controller may see without being told.
