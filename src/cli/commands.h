@@ -18,6 +18,7 @@ void AddRun(CLI::App& app, int* exit_code);
 void AddConfig(CLI::App& app, int* exit_code);
 void AddCalibrate(CLI::App& app, int* exit_code);
 void AddDoctor(CLI::App& app, int* exit_code);
+void AddReport(CLI::App& app, int* exit_code);
 void AddEvaluate(CLI::App& app, int* exit_code);
 void AddGrid(CLI::App& app, int* exit_code);
 void AddGridScore(CLI::App& app, int* exit_code);

@@ -25,6 +25,7 @@ int Main(int argc, char** argv) {
   AddConfig(app, &exit_code);
   AddCalibrate(app, &exit_code);
   AddDoctor(app, &exit_code);
+  AddReport(app, &exit_code);
   AddEvaluate(app, &exit_code);
   AddGrid(app, &exit_code);
   AddGridScore(app, &exit_code);

@@ -9,7 +9,8 @@ namespace {
 constexpr double kLongestStep = 0.5;        // s between neighbours
 constexpr std::size_t kStraightFrames = 5;  // over which a direction is told
 constexpr double kFewest = 30.0;            // steps that show something
-constexpr double kFewestAlone = 6.0;        // without the overlap of pairs
+constexpr std::size_t kBlock = 25;          // directions ...
+constexpr std::size_t kFewestBlocks = 5;    // ... whose blocks tell how well it is known
 
 Timestamp Shifted(Timestamp stamp, double seconds) {
   return {stamp.nanoseconds + Timestamp::FromSeconds(seconds).nanoseconds};
@@ -75,11 +76,27 @@ std::optional<Deviation> Turn(const std::vector<SeenPose>& seen, const OdometryB
   return Deviation{sums.vw / sums.vv - 1.0, std::sqrt(sums.rr / sums.ww / sums.vv)};
 }
 
+// The mean direction, and how well it is known by the scatter of blocks: noise of neighbours cancels inside one.
+std::optional<Deviation> MeanOfBlocks(const std::vector<Eigen::Vector2d>& turns) {
+  const std::size_t count = turns.size() / kBlock;
+  if (count < kFewestBlocks) return std::nullopt;
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  for (const Eigen::Vector2d& turn : turns) sum += turn;
+  const double mean = std::atan2(sum.y(), sum.x());
+  double squares = 0.0, weights = 0.0;
+  for (std::size_t block = 0; block < count; ++block) {
+    Eigen::Vector2d part = Eigen::Vector2d::Zero();
+    for (std::size_t i = block * kBlock; i < (block + 1) * kBlock; ++i) part += turns[i];
+    squares += part.norm() * std::pow(WrapAngle(std::atan2(part.y(), part.x()) - mean), 2);
+    weights += part.norm();
+  }
+  return Deviation{mean, std::sqrt(squares / weights / static_cast<double>(count - 1))};
+}
+
 // By the chords of nearly straight stretches, longer ones counting more.
 std::optional<Deviation> Direction(const std::vector<SeenPose>& seen, const OdometryBuffer& wheels, double offset) {
   constexpr double kShortest = 0.05, kStraight = 0.15;  // m, rad
-  std::vector<Eigen::Vector2d> turns;                   // from the view's chord to the wheels', unit length
-  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  std::vector<Eigen::Vector2d> turns;                   // from the view's chord to the wheels', as long as the wheels'
   for (std::size_t i = kStraightFrames; i < seen.size(); ++i) {
     const SeenPose &first = seen[i - kStraightFrames], &second = seen[i];
     if (SecondsBetween(first.stamp, second.stamp) > kLongestStep * static_cast<double>(kStraightFrames)) continue;
@@ -88,15 +105,9 @@ std::optional<Deviation> Direction(const std::vector<SeenPose>& seen, const Odom
     if (!driven.has_value() || driven->translation.norm() < kShortest || std::abs(viewed.angle) > kStraight) continue;
     const Eigen::Vector2d &a = viewed.translation, &b = driven->translation;
     if (a.norm() == 0.0) continue;
-    turns.push_back(Eigen::Vector2d(a.dot(b), a.x() * b.y() - a.y() * b.x()) / (a.norm() * b.norm()));
-    sum += turns.back();
+    turns.push_back(Eigen::Vector2d(a.dot(b), a.x() * b.y() - a.y() * b.x()) / a.norm());
   }
-  const double alone = static_cast<double>(turns.size()) / static_cast<double>(kStraightFrames);
-  if (alone < kFewestAlone) return std::nullopt;
-  const double mean = std::atan2(sum.y(), sum.x());
-  double squares = 0.0;
-  for (const Eigen::Vector2d& turn : turns) squares += std::pow(WrapAngle(std::atan2(turn.y(), turn.x()) - mean), 2);
-  return Deviation{mean, std::sqrt(squares / static_cast<double>(turns.size()) / alone)};
+  return MeanOfBlocks(turns);
 }
 
 }  // namespace
