@@ -16,7 +16,8 @@ namespace {
 namespace fs = std::filesystem;
 
 struct CalibrateArguments {
-  fs::path input, out, config, odometry;
+  std::vector<fs::path> inputs;
+  fs::path out, config, odometry;
   std::vector<std::string> assignments;
   int passes = 4;
   double until = 0.0;
@@ -26,11 +27,12 @@ struct CalibrateArguments {
 // One run over the recording with the present corrections, then the adjustment that frees them.
 Expected<CalibrationResult> CalibrateOnce(const CalibrateArguments& arguments, const PipelineOptions& options) {
   Expected<std::unique_ptr<Recording>> recording =
-      OpenRecording(arguments.input, ToRecordingOptions(options, arguments.odometry));
+      OpenRecording(arguments.inputs, ToRecordingOptions(options, arguments.odometry));
   if (!recording.ok()) return recording.error();
   const RecordingInfo& info = (*recording)->info();
   if (!info.has_odometry || !info.has_base_transform) {
-    return Error{arguments.input.string() + ": expected odometry and the camera's place on the base to calibrate"};
+    return Error{arguments.inputs.front().string() +
+                 ": expected odometry and the camera's place on the base to calibrate"};
   }
   std::vector<OdometryReading> readings;
   RunSettings settings;
@@ -45,7 +47,8 @@ Expected<CalibrationResult> CalibrateOnce(const CalibrateArguments& arguments, c
   Estimator estimator({options, info.camera, info.has_base_transform});
   const Expected<RunResult> result = RunSession(**recording, estimator, settings);
   if (!result.ok()) return result.error();
-  if (estimator.map() == nullptr) return Error{arguments.input.string() + ": no map came about to calibrate from"};
+  if (estimator.map() == nullptr)
+    return Error{arguments.inputs.front().string() + ": no map came about to calibrate from"};
   CalibrationOptions calibration;
   calibration.camera_sway_sigma = options.mount.angle;
   return CalibrateMap(*estimator.map(), readings, options.calibration, estimator.model(), calibration);
@@ -114,7 +117,9 @@ void AddCalibrate(CLI::App& app, int* exit_code) {
   auto arguments = std::make_shared<CalibrateArguments>();
   CLI::App* command = app.add_subcommand(
       "calibrate", "Find odometry's scale, the camera's mount and the clocks' offset from a recorded drive");
-  command->add_option("input", arguments->input, "rosbag (v2) or dataset folder: a drive with turns both ways")
+  command
+      ->add_option("input", arguments->inputs,
+                   "rosbag (v2), or several of one drive; or a dataset folder: a drive with turns both ways")
       ->required();
   command->add_option("--out", arguments->out, "YAML file that `run --config` reads")->required();
   command->add_option("--config", arguments->config, "YAML configuration to start from");

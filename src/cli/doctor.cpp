@@ -13,7 +13,8 @@ namespace planar_vslam {
 namespace {
 
 struct DoctorArguments {
-  std::filesystem::path input, config, odometry;
+  std::vector<std::filesystem::path> inputs;
+  std::filesystem::path config, odometry;
   std::vector<std::string> assignments;
   double trial = 90.0;
   bool json = false, quiet = false;
@@ -23,7 +24,7 @@ int Doctor(const DoctorArguments& arguments) {
   const Expected<PipelineOptions> options = ReadOptions(arguments.config, arguments.assignments, "");
   if (!options.ok()) return Fail(kExitBadInput, options.error().message);
   const auto open = [&arguments, &options] {
-    return OpenRecording(arguments.input, ToRecordingOptions(*options, arguments.odometry));
+    return OpenRecording(arguments.inputs, ToRecordingOptions(*options, arguments.odometry));
   };
   DoctorSettings settings;
   settings.trial = arguments.trial;
@@ -45,7 +46,8 @@ void AddDoctor(CLI::App& app, int* exit_code) {
   auto arguments = std::make_shared<DoctorArguments>();
   CLI::App* command = app.add_subcommand(
       "doctor", "What is in a recording and what is wrong with it, before mapping: exit 0 ok, 1 look, 2 broken");
-  command->add_option("input", arguments->input, "rosbag (v2) or dataset folder")->required();
+  command->add_option("input", arguments->inputs, "rosbag (v2), or several of one drive; or a dataset folder")
+      ->required();
   command->add_option("--config", arguments->config, "YAML configuration");
   command->add_option("--set", arguments->assignments, "Override one configuration value: key=value")
       ->allow_extra_args(false);

@@ -15,7 +15,8 @@ namespace {
 namespace fs = std::filesystem;
 
 struct RunArguments {
-  fs::path input, out, config, odometry, map, save_map;
+  std::vector<fs::path> inputs;
+  fs::path out, config, odometry, map, save_map;
   std::string mode;
   std::vector<std::string> assignments;
   bool deterministic = false, quiet = false;
@@ -105,7 +106,7 @@ int Run(const RunArguments& arguments) {
   Expected<PipelineOptions> options = ReadRunOptions(arguments);
   if (!options.ok()) return Fail(kExitBadInput, options.error().message);
   Expected<std::unique_ptr<Recording>> recording =
-      OpenRecording(arguments.input, ToRecordingOptions(*options, arguments.odometry));
+      OpenRecording(arguments.inputs, ToRecordingOptions(*options, arguments.odometry));
   if (!recording.ok()) return Fail(kExitBadInput, recording.error().message);
   if (!arguments.save_map.empty()) {
     const Expected<bool> prepared = PrepareSaving(arguments.save_map);
@@ -120,7 +121,7 @@ int Run(const RunArguments& arguments) {
   const bool use_odometry = info.has_odometry && options->odometry != OdometryUse::kOff;
   if (options->initializer.mode == InitializationMode::kOdometry && !use_odometry && arguments.map.empty()) {
     std::fprintf(stderr, "planar_vslam: no odometry in %s: initialising visually, scale stays unknown\n",
-                 arguments.input.c_str());
+                 arguments.inputs.front().c_str());
   }
   RunSettings settings;
   if (arguments.rate > 0.0) settings.rate = arguments.rate;
@@ -150,7 +151,9 @@ void AddRun(CLI::App& app, int* exit_code) {
   auto arguments = std::make_shared<RunArguments>();
   CLI::App* command =
       app.add_subcommand("run", "Process a rosbag or a dataset folder into trajectory, map and costmap");
-  command->add_option("input", arguments->input, "rosbag (v2), or folder in the shared, TUM-RGBD or KITTI layout")
+  command
+      ->add_option("input", arguments->inputs,
+                   "rosbag (v2), or several of one drive; or a folder in the shared, TUM-RGBD or KITTI layout")
       ->required();
   command->add_option("--out", arguments->out, "Folder for the results")->required();
   command->add_option("--mode", arguments->mode, "mapping, or localization in the map of --map, which stays as it is");

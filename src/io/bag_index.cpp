@@ -53,7 +53,7 @@ long StreamIndex::Sort() {
   return repeated;
 }
 
-BagIndex ReadIndex(const rosbag::Bag& bag, const BagTopics& topics, SkipLog* skipped) {
+BagIndex ReadIndex(const Bags& bags, const BagTopics& topics, SkipLog* skipped) {
   BagIndex index;
   Stream streams[] = {{"image", topics.image, &index.images},
                       {"odometry", topics.odometry, &index.odometry},
@@ -62,7 +62,8 @@ BagIndex ReadIndex(const rosbag::Bag& bag, const BagTopics& topics, SkipLog* ski
   for (const Stream& stream : streams) {
     if (!stream.topic.empty()) names.push_back(stream.topic);
   }
-  rosbag::View view(bag, rosbag::TopicQuery(names));
+  rosbag::View view;
+  Show(bags, names, &view);
   for (const rosbag::MessageInstance& message : view) {
     const std::string& topic = message.getTopic();
     Stream& stream = *std::find_if(std::begin(streams), std::end(streams),

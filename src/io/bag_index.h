@@ -1,13 +1,13 @@
 #pragma once
 // The messages of a bag by their header stamps: one pass over the bag before it is streamed, so that neither the order
 // of recording nor how late a message came counts. Held in memory is where each message is, not the message.
-#include <rosbag/bag.h>
 #include <rosbag/view.h>
 
 #include <deque>
 #include <string>
 #include <vector>
 
+#include "bag_files.h"
 #include "bag_topics.h"
 #include "planar_vslam/io/odometry_messages.h"
 #include "planar_vslam/sensor/timestamp.h"
@@ -42,6 +42,6 @@ struct BagIndex {
 };
 
 // Stamps of zero, and of a message before, are counted. Throws what rosbag throws on broken files.
-BagIndex ReadIndex(const rosbag::Bag& bag, const BagTopics& topics, SkipLog* skipped);
+BagIndex ReadIndex(const Bags& bags, const BagTopics& topics, SkipLog* skipped);
 
 }  // namespace planar_vslam::io

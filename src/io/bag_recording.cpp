@@ -23,8 +23,8 @@ constexpr std::size_t kReadAhead[kStreamCount] = {200, 20, 1};
 
 class BagRecording : public Recording {
  public:
-  BagRecording(std::unique_ptr<rosbag::Bag> bag, std::string file, BagSurvey survey, SkipLog skipped)
-      : bag_(std::move(bag)),
+  BagRecording(Bags bags, std::string file, BagSurvey survey, SkipLog skipped)
+      : bags_(std::move(bags)),
         file_(std::move(file)),
         survey_(std::move(survey)),
         skipped_(std::move(skipped)),
@@ -52,7 +52,7 @@ class BagRecording : public Recording {
   std::optional<RecordedEvent> ReadOdometry(std::size_t i);
   std::optional<RecordedEvent> ReadTfOdometry(std::size_t i);
 
-  std::unique_ptr<rosbag::Bag> bag_;
+  Bags bags_;
   std::string file_;
   BagSurvey survey_;
   SkipLog skipped_;
@@ -186,17 +186,17 @@ std::optional<RecordedEvent> BagRecording::ReadTfOdometry(std::size_t i) {
 
 }  // namespace
 
-Expected<std::unique_ptr<Recording>> OpenBagRecording(const std::filesystem::path& path,
+Expected<std::unique_ptr<Recording>> OpenBagRecording(const std::vector<std::filesystem::path>& paths,
                                                       const RecordingOptions& options) {
-  const std::string file = path.string();
+  const std::string file = NameOf(paths);
   try {
     SkipLog skipped;
-    Expected<std::unique_ptr<rosbag::Bag>> bag = OpenBag(path);
-    if (!bag) return bag.error();
-    Expected<BagSurvey> survey = SurveyBag(**bag, file, options, &skipped);
+    Expected<Bags> bags = OpenBags(paths);
+    if (!bags) return bags.error();
+    Expected<BagSurvey> survey = SurveyBag(*bags, file, options, &skipped);
     if (!survey) return survey.error();
     return std::unique_ptr<Recording>(
-        std::make_unique<BagRecording>(std::move(*bag), file, std::move(*survey), std::move(skipped)));
+        std::make_unique<BagRecording>(std::move(*bags), file, std::move(*survey), std::move(skipped)));
   } catch (const std::exception& exception) {
     return Error{fmt::format("{}: cannot be read: {}; expected an intact rosbag v2", file, exception.what())};
   }

@@ -1,12 +1,13 @@
 #pragma once
 #include <filesystem>
 #include <memory>
+#include <vector>
 
 #include "planar_vslam/io/recording.h"
 
 namespace planar_vslam::io {
 
-Expected<std::unique_ptr<Recording>> OpenBagRecording(const std::filesystem::path& path,
+Expected<std::unique_ptr<Recording>> OpenBagRecording(const std::vector<std::filesystem::path>& paths,
                                                       const RecordingOptions& options);
 
 }  // namespace planar_vslam::io

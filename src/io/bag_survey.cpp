@@ -1,11 +1,9 @@
 #include "bag_survey.h"
 
-#include <console_bridge/console.h>
 #include <fmt/format.h>
 #include <nav_msgs/Odometry.h>
 #include <rosbag/view.h>
 
-#include "bag_check.h"
 #include "bag_messages.h"
 #include "planar_vslam/sensor/scan_check.h"
 
@@ -45,11 +43,12 @@ Expected<ImageSpan> FindImages(const std::string& file, const BagTopics& topics,
 }
 
 // The first camera_info that is filled in; drivers send zeros until they have read their calibration.
-Expected<CameraModel> ReadCamera(const rosbag::Bag& bag, const std::string& file, const BagTopics& topics,
+Expected<CameraModel> ReadCamera(const Bags& bags, const std::string& file, const BagTopics& topics,
                                  RectifiedImages rectified) {
   const std::string where = file + ": " + topics.camera_info;
   const bool is_rectified = IsRectifiedImage(topics.image, rectified);
-  rosbag::View view(bag, rosbag::TopicQuery(topics.camera_info));
+  rosbag::View view;
+  Show(bags, {topics.camera_info}, &view);
   for (const rosbag::MessageInstance& message : view) {
     const auto info = Instantiate<sensor_msgs::CameraInfo>(message);
     if (!IsFilledIn(*info, is_rectified)) continue;
@@ -108,27 +107,18 @@ void NoteScans(BagSurvey* survey) {
 
 }  // namespace
 
-Expected<std::unique_ptr<rosbag::Bag>> OpenBag(const std::filesystem::path& path) {
-  if (const auto damage = CheckBag(path)) return *damage;
-  // Its own words on stderr would come beside our one line.
-  console_bridge::setLogLevel(console_bridge::CONSOLE_BRIDGE_LOG_NONE);
-  auto bag = std::make_unique<rosbag::Bag>();
-  bag->open(path.string(), rosbag::bagmode::Read);
-  return bag;
-}
-
-Expected<BagSurvey> SurveyBag(const rosbag::Bag& bag, const std::string& file, const RecordingOptions& options,
+Expected<BagSurvey> SurveyBag(const Bags& bags, const std::string& file, const RecordingOptions& options,
                               SkipLog* skipped) {
   if (options.odometry_file.has_value()) {
     return Error{fmt::format("{}: an odometry file was given; expected one only with a dataset folder", file)};
   }
   BagSurvey survey;
-  Expected<BagTopics> topics = ChooseTopics(bag, file, options.bag);
+  Expected<BagTopics> topics = ChooseTopics(bags, file, options.bag);
   if (!topics) return topics.error();
   survey.topics = std::move(*topics);
-  const Expected<CameraModel> camera = ReadCamera(bag, file, survey.topics, options.bag.rectified);
+  const Expected<CameraModel> camera = ReadCamera(bags, file, survey.topics, options.bag.rectified);
   if (!camera) return camera.error();
-  survey.index = ReadIndex(bag, survey.topics, skipped);
+  survey.index = ReadIndex(bags, survey.topics, skipped);
   const Expected<ImageSpan> images = FindImages(file, survey.topics, survey.index.images);
   if (!images) return images.error();
   if (images->width != camera->width || images->height != camera->height) {
@@ -139,7 +129,7 @@ Expected<BagSurvey> SurveyBag(const rosbag::Bag& bag, const std::string& file, c
   ChooseOdometry(&survey, skipped);
   NoteScans(&survey);
   const SensorFrames frames = FramesOf(survey.index, survey.topics, *images, options.bag);
-  Expected<BagTransforms> transforms = ReadTransforms(bag, file, survey.topics, frames, skipped);
+  Expected<BagTransforms> transforms = ReadTransforms(bags, file, survey.topics, frames, skipped);
   if (!transforms) return transforms.error();
   survey.transforms = std::move(*transforms);
   RecordingInfo& info = survey.info;

@@ -1,11 +1,11 @@
 #pragma once
 // What is read from a bag before its events are streamed: topics, frames, transforms, intrinsics, the first image.
-#include <rosbag/bag.h>
 
 #include <filesystem>
 #include <memory>
 #include <string>
 
+#include "bag_files.h"
 #include "bag_index.h"
 #include "bag_topics.h"
 #include "bag_transforms.h"
@@ -23,9 +23,8 @@ struct BagSurvey {
   RecordingInfo info;
 };
 
-// Both throw what rosbag throws on broken files.
-Expected<std::unique_ptr<rosbag::Bag>> OpenBag(const std::filesystem::path& path);
-Expected<BagSurvey> SurveyBag(const rosbag::Bag& bag, const std::string& file, const RecordingOptions& options,
+// Throws what rosbag throws on broken files.
+Expected<BagSurvey> SurveyBag(const Bags& bags, const std::string& file, const RecordingOptions& options,
                               SkipLog* skipped);
 
 }  // namespace planar_vslam::io

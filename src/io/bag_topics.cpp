@@ -26,8 +26,9 @@ std::string WithoutCompressed(const std::string& topic) {
 
 std::string LastName(const std::string& topic) { return topic.substr(topic.rfind('/') + 1); }
 
-TypeByTopic TopicsOf(const rosbag::Bag& bag) {
-  rosbag::View everything(bag);
+TypeByTopic TopicsOf(const Bags& bags) {
+  rosbag::View everything;
+  for (const auto& bag : bags) everything.addQuery(*bag);
   TypeByTopic topics;
   for (const rosbag::ConnectionInfo* connection : everything.getConnections()) {
     topics[connection->topic] = connection->datatype;
@@ -107,8 +108,8 @@ Expected<std::string> ChooseCameraInfo(const Chooser& chooser, const std::string
 
 }  // namespace
 
-Expected<BagTopics> ChooseTopics(const rosbag::Bag& bag, const std::string& file, const BagOptions& options) {
-  const Chooser chooser(TopicsOf(bag), file);
+Expected<BagTopics> ChooseTopics(const Bags& bags, const std::string& file, const BagOptions& options) {
+  const Chooser chooser(TopicsOf(bags), file);
   const Expected<std::string> image =
       chooser.Choose({"topics.image", {kRawImage, kCompressedImage}}, options.image_topic);
   if (!image) return image.error();

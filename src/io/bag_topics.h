@@ -1,10 +1,10 @@
 #pragma once
 // Which topics of a bag are the robot's sensors.
-#include <rosbag/bag.h>
 
 #include <string>
 #include <vector>
 
+#include "bag_files.h"
 #include "planar_vslam/geometry/expected.h"
 #include "planar_vslam/io/message_values.h"
 #include "planar_vslam/io/recording.h"
@@ -21,7 +21,7 @@ struct BagTopics {
 };
 
 // `file` is named in errors.
-Expected<BagTopics> ChooseTopics(const rosbag::Bag& bag, const std::string& file, const BagOptions& options);
+Expected<BagTopics> ChooseTopics(const Bags& bags, const std::string& file, const BagOptions& options);
 
 bool IsStaticTf(const std::string& topic);
 

@@ -43,12 +43,12 @@ void CountRefused(TfPush result, const geometry_msgs::TransformStamped& transfor
 }
 
 // Robots publish dozens of joints: once all wanted frames are connected, only the edges between them are kept.
-TfTree ReadTree(const rosbag::Bag& bag, const BagTopics& topics, const std::vector<FramePair>& wanted,
-                SkipLog* skipped) {
+TfTree ReadTree(const Bags& bags, const BagTopics& topics, const std::vector<FramePair>& wanted, SkipLog* skipped) {
   TfTree tree;
   if (topics.tf.empty()) return tree;
   bool reduced = false;
-  rosbag::View view(bag, rosbag::TopicQuery(topics.tf));
+  rosbag::View view;
+  Show(bags, topics.tf, &view);
   for (const rosbag::MessageInstance& message : view) {
     const bool is_static = IsStaticTf(message.getTopic());
     const auto tf = Instantiate<tf2_msgs::TFMessage>(message);
@@ -82,12 +82,12 @@ Expected<TfChain> RequiredChain(const TfTree& tree, const std::string& file, con
 
 }  // namespace
 
-Expected<BagTransforms> ReadTransforms(const rosbag::Bag& bag, const std::string& file, const BagTopics& topics,
+Expected<BagTransforms> ReadTransforms(const Bags& bags, const std::string& file, const BagTopics& topics,
                                        const SensorFrames& frames, SkipLog* skipped) {
   BagTransforms transforms;
   if (frames.base.empty()) return transforms;
   TfTree& tree = transforms.tree;
-  tree = ReadTree(bag, topics, WantedPairs(frames), skipped);
+  tree = ReadTree(bags, topics, WantedPairs(frames), skipped);
   if (tree.empty()) {
     if (topics.odometry.empty() && topics.scan.empty()) return transforms;
     return Error{

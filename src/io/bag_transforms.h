@@ -1,11 +1,11 @@
 #pragma once
 // The tf of a bag, read in one pass before the rest, reduced to the ways between the base and its sensors.
-#include <rosbag/bag.h>
 
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "bag_files.h"
 #include "bag_topics.h"
 #include "planar_vslam/geometry/expected.h"
 #include "skip_log.h"
@@ -29,7 +29,7 @@ struct BagTransforms {
 };
 
 // `frames.base` empty: tf is not used. Errors name the missing frame and those there are.
-Expected<BagTransforms> ReadTransforms(const rosbag::Bag& bag, const std::string& file, const BagTopics& topics,
+Expected<BagTransforms> ReadTransforms(const Bags& bags, const std::string& file, const BagTopics& topics,
                                        const SensorFrames& frames, SkipLog* skipped);
 
 }  // namespace planar_vslam::io

@@ -14,11 +14,26 @@ Expected<std::unique_ptr<Recording>> OpenRecording(const fs::path& path, const R
   std::error_code ignored;
   const fs::file_status status = fs::status(path, ignored);
   if (!fs::exists(status)) return Error{fmt::format("{}: no such file or folder", path.string())};
-  if (!fs::is_directory(status)) return io::OpenBagRecording(path, options);
+  if (!fs::is_directory(status)) return io::OpenBagRecording({path}, options);
   if (io::IsFolderLayout(path)) return io::OpenFolderRecording(path, options);
   return Error{
       fmt::format("{}: not a recording; expected images.csv, rgb.txt (TUM-RGBD) or image_0 and times.txt (KITTI) in it",
                   path.string())};
+}
+
+Expected<std::unique_ptr<Recording>> OpenRecording(const std::vector<fs::path>& paths,
+                                                   const RecordingOptions& options) {
+  if (paths.size() == 1) return OpenRecording(paths.front(), options);
+  for (const fs::path& path : paths) {
+    std::error_code ignored;
+    const fs::file_status status = fs::status(path, ignored);
+    if (!fs::exists(status)) return Error{fmt::format("{}: no such file", path.string())};
+    if (fs::is_directory(status)) {
+      return Error{fmt::format("{}: a folder; expected only rosbags where there are several inputs", path.string())};
+    }
+  }
+  if (paths.empty()) return Error{"no recording given"};
+  return io::OpenBagRecording(paths, options);
 }
 
 }  // namespace planar_vslam

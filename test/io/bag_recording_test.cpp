@@ -34,6 +34,44 @@ TEST_F(BagRecording, ARobotsTopicsComeInStampOrder) {
   EXPECT_NEAR(replay.odometry[49].T_odom_base.translation.x(), 0.5, 1e-12);
 }
 
+// A recorder that splits its files writes tf_static and camera_info into the first.
+TEST_F(BagRecording, SeveralBagsAreOneDrive) {
+  const Replay whole = Play(RobotBag());
+  const fs::path first = Path().parent_path() / "drive_0.bag", second = Path().parent_path() / "drive_1.bag";
+  {
+    BagWriter writers[] = {BagWriter(first), BagWriter(second)};
+    const auto part = [&writers](double t) -> BagWriter& { return writers[t > 0.5 ? 1 : 0]; };
+    writers[0].PutInfo();
+    writers[0].PutStatic("base_footprint", "camera_optical_frame", Shift(0.1, 0, 1.1));
+    writers[0].PutStatic("base_footprint", "laser_frame", Shift(0, 0, 0.25));
+    for (int i = 1; i <= 50; ++i) part(0.02 * i).PutOdometry(0.02 * i, 0.01 * i);
+    for (int i = 1; i <= 10; ++i) part(0.1 * i).PutImage(0.1 * i);
+    for (int i = 1; i <= 5; ++i) part(0.2 * i).PutScan(0.2 * i);
+  }
+  for (const auto& paths : {std::vector<fs::path>{first, second}, std::vector<fs::path>{second, first}}) {
+    Expected<std::unique_ptr<Recording>> recording = OpenRecording(paths, RecordingOptions{});
+    ASSERT_TRUE(recording.ok()) << recording.error().message;
+    EXPECT_EQ((*recording)->info().image_count, 10);
+    std::string order;
+    while (true) {
+      const Expected<std::optional<RecordedEvent>> event = (*recording)->Next();
+      ASSERT_TRUE(event.ok());
+      if (!event->has_value()) break;
+      order += std::holds_alternative<CameraFrame>(**event)  ? 'i'
+               : std::holds_alternative<LaserFrame>(**event) ? 'l'
+                                                             : 'o';
+    }
+    EXPECT_EQ(order, whole.order);
+  }
+}
+
+TEST_F(BagRecording, AFolderAmongSeveralBagsIsNamed) {
+  const fs::path bag = RobotBag();
+  const auto recording = OpenRecording(std::vector<fs::path>{bag, bag.parent_path()}, RecordingOptions{});
+  ASSERT_FALSE(recording.ok());
+  EXPECT_NE(recording.error().message.find("expected only rosbags"), std::string::npos) << recording.error().message;
+}
+
 TEST_F(BagRecording, OdometryCarriesWhatItsMessagesSayOfTheirError) {
   const auto drive = [this](double variance, double growth, double twist_growth, const Rigid3& T_child_base) {
     return Play(Bag([&](BagWriter& writer) {

@@ -58,5 +58,8 @@ class Recording {
 // Opens a .bag file, a dataset folder (images.csv, ...), a TUM-RGBD folder (rgb.txt) or a KITTI odometry folder
 // (image_0, times.txt, calib.txt). One-line errors: file, field or topic, what was expected.
 Expected<std::unique_ptr<Recording>> OpenRecording(const std::filesystem::path& path, const RecordingOptions& options);
+// Several bags of one drive as one recording, in any order: what one holds, such as tf_static, counts for all.
+Expected<std::unique_ptr<Recording>> OpenRecording(const std::vector<std::filesystem::path>& paths,
+                                                   const RecordingOptions& options);
 
 }  // namespace planar_vslam

@@ -10,8 +10,9 @@ namespace fs = std::filesystem;
 
 namespace io {
 
-Expected<std::unique_ptr<Recording>> OpenBagRecording(const fs::path& path, const RecordingOptions&) {
-  return Error{fmt::format("{}: expected a folder: this build is without ROS and does not read bags", path.string())};
+Expected<std::unique_ptr<Recording>> OpenBagRecording(const std::vector<fs::path>& paths, const RecordingOptions&) {
+  return Error{
+      fmt::format("{}: expected a folder: this build is without ROS and does not read bags", paths.front().string())};
 }
 
 }  // namespace io
