@@ -52,15 +52,16 @@ LandmarkTable::LandmarkTable(const Map& map) : octave_scales_(map.octave_scales)
   for (const auto& [id, landmark] : map.landmarks) {
     if (!IsReliable(landmark)) continue;
     const double angle = OrientationOf(landmark, map);
+    const auto index = static_cast<int>(landmarks_.size());
     for (std::size_t sector = 0; sector < kSectors; ++sector) {
       if (std::abs(WrapAngle(angle - MiddleOf(sector))) <= kTurned + 0.5 * kSector)
-        turned_like_[sector].push_back(static_cast<int>(landmarks_.size()));
+        turned_like_[sector].push_back(index);
     }
     landmarks_.push_back({landmark.p_map, landmark.view_direction, landmark.min_distance, landmark.max_distance,
                           HeadingsOf(landmark, map)});
     descriptors_.push_back(landmark.descriptor);
   }
-  for (const auto& [id, keyframe] : map.keyframes) driven_.push_back(keyframe.T_map_base.translation.head<2>());
+  for (const auto& [id, keyframe] : map.keyframes) driven_.emplace_back(keyframe.T_map_base.translation.head<2>());
 }
 
 const std::vector<int>& LandmarkTable::TurnedLike(float angle) const {
