@@ -26,11 +26,12 @@ const std::map<std::string, std::set<std::string>>& Graph() {
       {"backend", {"recognition"}},
       {"localize", {"recognition"}},
       {"mapping2d", {"geometry"}},
+      {"navigate", {"sensor", "mapping2d"}},
       {"pipeline", {"frontend", "backend", "localize", "mapping2d"}},
       {"io", {"pipeline"}},
       {"sim", {"sensor"}},
       {"cli", {"io", "sim"}},
-      {"ros", {"io", "sim"}},
+      {"ros", {"io", "sim", "navigate"}},
   };
   return graph;
 }

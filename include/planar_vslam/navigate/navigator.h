@@ -1,0 +1,72 @@
+#pragma once
+// Drives a robot to a goal: costmap, plan, controller, recovery and supervisor put together, one step at a time.
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "planar_vslam/navigate/global_planner.h"
+#include "planar_vslam/navigate/local_controller.h"
+#include "planar_vslam/navigate/recovery.h"
+#include "planar_vslam/navigate/supervisor.h"
+
+namespace planar_vslam {
+
+enum class GoalState { kNone, kDriving, kReached, kAborted };
+
+struct NavigatorInput {
+  double time = 0.0;  // s, now
+  Rigid2 T_map_base, T_odom_base;
+  double transform_age = 0.0;          // s, of the first
+  std::optional<PoseQuality> quality;  // as Vitals has it
+  bool new_quality = false;
+};
+
+struct NavigatorOutput {
+  GoalState state = GoalState::kNone;
+  PlaneVelocity velocity;
+  std::string text;  // why it stands, or why it gave up; what recovery does
+  bool new_path = false;
+};
+
+class Navigator {
+ public:
+  // `options` have no problems.
+  explicit Navigator(const NavigateOptions& options);
+
+  Costmap& costmap() { return costmap_; }
+  const Costmap& costmap() const { return costmap_; }
+  const std::vector<Eigen::Vector2d>& path() const { return controller_.path(); }
+  // The laser's newest sweep, and where the robot was at its stamp (s). Without a pose in the map it still stops the
+  // robot, but marks nothing.
+  void AddSweep(double stamp, const PlanarScan& scan, const Rigid2& T_base_laser, const Rigid2& T_odom_base,
+                const std::optional<Rigid2>& T_map_base);
+
+  // Replaces a goal that is being driven to. One that is not finite is aborted by the next step.
+  void SetGoal(const Rigid2& T_map_goal);
+  void Cancel();
+  // At the controller's rate. After kReached or kAborted the state is kNone.
+  NavigatorOutput Step(const NavigatorInput& input);
+
+ private:
+  NavigatorOutput Drive(const NavigatorInput& input);
+  NavigatorOutput OnBlocked(const NavigatorInput& input, const std::string& reason);
+  NavigatorOutput Finish(GoalState state, std::string text);
+  NavigatorOutput Stand(std::string text);
+  // False where no way is left, whatever the laser sees.
+  bool Replan(const NavigatorInput& input, NavigatorOutput* output);
+  Surroundings SurroundingsAt(const NavigatorInput& input) const;
+
+  NavigateOptions options_;
+  Costmap costmap_;
+  LocalController controller_;
+  Recovery recovery_;
+  Supervisor supervisor_;
+  std::optional<Rigid2> T_map_goal_;
+  bool goal_is_new_ = false;
+  std::string no_plan_;                                       // why the last plan failed; empty: it did not
+  std::optional<double> planned_at_, swept_at_, stepped_at_;  // s
+  std::vector<Eigen::Vector2d> points_odom_;                  // of the last sweep, m
+  PlaneVelocity velocity_;                                    // sent last
+};
+
+}  // namespace planar_vslam

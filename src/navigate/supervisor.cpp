@@ -1,0 +1,88 @@
+#include "planar_vslam/navigate/supervisor.h"
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+namespace planar_vslam {
+namespace {
+
+std::string Text(const char* format, double a, double b) {
+  std::array<char, 160> text{};
+  std::snprintf(text.data(), text.size(), format, a, b);  // NOLINT(cppcoreguidelines-pro-type-vararg)
+  return text.data();
+}
+
+// Of what is commanded, in m/s and rad/s: less a base may not follow.
+constexpr double kMoves = 0.03, kTurns = 0.06;
+// Of what the base does in all that time, in m and rad.
+constexpr double kMoved = 0.02, kTurned = 0.05;
+
+}  // namespace
+
+std::string Supervisor::ReasonToHold(const Vitals& vitals) {
+  if (!(vitals.scan_age <= options_.max_scan_age))
+    return std::isfinite(vitals.scan_age)
+               ? Text("the laser is silent for %.1f s (limit %.1f s)", vitals.scan_age, options_.max_scan_age)
+               : "the laser has not said anything yet";
+  if (!(vitals.transform_age <= options_.max_transform_age))
+    return std::isfinite(vitals.transform_age) ? Text("the pose in the map is %.1f s old (limit %.1f s)",
+                                                      vitals.transform_age, options_.max_transform_age)
+                                               : "there is no pose in the map";
+  if (!vitals.quality.has_value()) return "";
+  const PoseQuality& quality = *vitals.quality;
+  if (!(quality.position_deviation <= options_.max_position_deviation))
+    return Text("localisation is too uncertain: standard deviation %.2f m (limit %.2f m)", quality.position_deviation,
+                options_.max_position_deviation);
+  if (!(quality.heading_deviation <= options_.max_heading_deviation))
+    return Text("localisation is too uncertain: standard deviation %.0f deg (limit %.0f deg)",
+                RadiansToDegrees(quality.heading_deviation), RadiansToDegrees(options_.max_heading_deviation));
+  if (driven_without_pose_ > options_.max_drive_without_pose)
+    return Text("no message on pose for %.1f m of driving (limit %.1f m)", driven_without_pose_,
+                options_.max_drive_without_pose);
+  return "";
+}
+
+bool Supervisor::IsStuck(const Vitals& vitals) {
+  const bool told = vitals.commanded.Speed() > kMoves || std::abs(vitals.commanded.yaw) > kTurns;
+  const bool moved = (vitals.T_odom_base.translation - T_odom_told_.translation).norm() > kMoved ||
+                     std::abs(WrapAngle(vitals.T_odom_base.angle - T_odom_told_.angle)) > kTurned;
+  if (!told) {
+    told_since_.reset();
+    return false;
+  }
+  if (!told_since_.has_value() || moved) {
+    told_since_ = vitals.time;
+    T_odom_told_ = vitals.T_odom_base;
+  }
+  return vitals.time - *told_since_ > options_.stuck_time;
+}
+
+Verdict Supervisor::Check(const Vitals& vitals) {
+  if (has_last_ && !vitals.new_quality)
+    driven_without_pose_ += (vitals.T_odom_base.translation - T_odom_last_.translation).norm();
+  else
+    driven_without_pose_ = 0.0;
+  T_odom_last_ = vitals.T_odom_base;
+  has_last_ = true;
+  if (IsStuck(vitals)) {
+    return {Verdict::Kind::kGiveUp, Text("the robot does not move though told to for %.1f s (limit %.1f s)",
+                                         vitals.time - *told_since_, options_.stuck_time)};
+  }
+  const std::string reason = ReasonToHold(vitals);
+  if (reason.empty()) {
+    held_since_.reset();
+    return {};
+  }
+  if (!held_since_.has_value()) held_since_ = vitals.time;
+  if (vitals.time - *held_since_ >= options_.hold_limit) return {Verdict::Kind::kGiveUp, reason};
+  return {Verdict::Kind::kHold, reason};
+}
+
+void Supervisor::Reset() {
+  held_since_.reset();
+  told_since_.reset();
+  has_last_ = false;
+}
+
+}  // namespace planar_vslam
