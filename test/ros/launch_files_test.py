@@ -23,6 +23,8 @@ CASES = [('slam.launch', [], ['/slam']),
          ('simulation.launch', [], ['/simulation']),
          ('simulation.launch', ['world:=office', 'variants:=[light=daylight, glossy]', 'start:=[2, 1, 90]', 'rviz:=true'],
           ['/rviz', '/simulation']),
+         ('navigation.launch', [], ['/move_base']),
+         ('navigation.launch', ['planner:=move_base'], ['/move_base']),
          ('demo.launch', [], ['/simulation', '/slam']),
          ('demo.launch', ['rviz:=true', 'variants:=[moved-furniture]'], ['/rviz', '/simulation', '/slam'])]
 
