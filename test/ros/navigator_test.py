@@ -83,6 +83,7 @@ class Navigator(unittest.TestCase):
         while cls.truth.pose is None:
             rospy.sleep(0.1)
         rospy.sleep(1.0)
+        cls.start = cls.truth.pose
 
     def outcome(self, goal):
         self.client.send_goal(goal)
@@ -121,9 +122,7 @@ class Navigator(unittest.TestCase):
         self.assertEqual(self.truth.collisions, 0)
 
     def test_4_a_cancelled_goal_stops_the_robot(self):
-        start = self.truth.pose
-        x, y = start[0] - math.cos(start[2]), start[1] - math.sin(start[2])
-        self.client.send_goal(goal_at(x, y))
+        self.client.send_goal(goal_at(*self.start))
         rospy.sleep(1.0)
         self.client.cancel_goal()
         self.assertTrue(self.client.wait_for_result(rospy.Duration(PATIENCE)))
