@@ -189,7 +189,8 @@ int Costmap::CellOf(const Eigen::Vector2d& p_map) const {
 }
 
 Eigen::Vector2d Costmap::CentreOf(int cell) const {
-  return map_.origin + map_.resolution * Eigen::Vector2d(cell % map_.width + 0.5, cell / map_.width + 0.5);
+  const int x = cell % map_.width, y = cell / map_.width;
+  return map_.origin + map_.resolution * Eigen::Vector2d(x + 0.5, y + 0.5);
 }
 
 }  // namespace planar_vslam
