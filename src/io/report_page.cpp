@@ -153,6 +153,25 @@ Expected<std::vector<std::pair<Timestamp, Timestamp>>> ReadSight(const fs::path&
   return stretches;
 }
 
+// Where the keyframes are. Those of a map that grew over several drives have the stamps of each: in no order.
+Expected<Trajectory> ReadKeyframes(const fs::path& path) {
+  Expected<io::TextTable> table = io::TextTable::Open(path, io::Separator::kBlank);
+  if (!table) return table.error();
+  Trajectory keyframes;
+  while (table->NextLine()) {
+    const auto& fields = table->fields();
+    constexpr std::size_t kFields = 8;  // t x y z qx qy qz qw
+    if (fields.size() < kFields) return table->ErrorHere("expected t x y z qx qy qz qw");
+    const io::StampText stamp = io::ParseStamp(fields[0]);
+    const std::optional<double> x = io::ParseNumber(fields[1]), y = io::ParseNumber(fields[2]);
+    if (stamp.kind != io::StampText::Kind::kStamp || !x.has_value() || !y.has_value()) {
+      return table->ErrorHere("expected numbers t x y z qx qy qz qw");
+    }
+    keyframes.push_back({stamp.stamp, Embed3(Rigid2(*x, *y, 0.0))});
+  }
+  return keyframes;
+}
+
 // The trajectory in the frame of the map, moved there as a whole.
 Trajectory Moved(Trajectory trajectory, const Rigid3& T_map_own) {
   for (StampedPose& pose : trajectory) pose.T_map_base = T_map_own * pose.T_map_base;
@@ -191,7 +210,9 @@ Expected<io::RunPicture> ReadRun(const ReportInput& input, const Json& report) {
   };
   if (Expected<bool> done = read("trajectory.txt", &run.trajectory); !done) return done.error();
   if (fs::exists(input.folder / "keyframes.txt")) {
-    if (Expected<bool> done = read("keyframes.txt", &run.keyframes); !done) return done.error();
+    Expected<Trajectory> keyframes = ReadKeyframes(input.folder / "keyframes.txt");
+    if (!keyframes) return keyframes.error();
+    run.keyframes = std::move(*keyframes);
   }
   Expected<std::vector<std::pair<Timestamp, Timestamp>>> sight = ReadSight(input.folder / "status.csv");
   if (!sight) return sight.error();

@@ -118,10 +118,20 @@ TEST_F(ReportPage, OfARunWithoutAMapSaysSo) {
   EXPECT_NE(page.find("There is no map to draw"), std::string::npos);
 }
 
+TEST_F(ReportPage, KeyframesOfSeveralDrivesHaveStampsInNoOrder) {
+  Write(run() / "keyframes.txt", "5 0 0 0 0 0 0 1\n6 1 0 0 0 0 0 1\n2 1 1 0 0 0 0 1\n");
+  ReportInput input;
+  input.folder = run();
+  const std::string page = Page(input);
+  std::size_t dots = 0;
+  for (std::size_t at = page.find("<circle"); at != std::string::npos; at = page.find("<circle", at + 1)) ++dots;
+  EXPECT_EQ(dots, 3U);
+}
+
 TEST_F(ReportPage, BadInputIsNamedInOneLine) {
   ReportInput input;
   input.folder = run();
-  for (const char* file : {"report.json", "status.csv", "trajectory.txt"}) {
+  for (const char* file : {"report.json", "status.csv", "trajectory.txt", "keyframes.txt"}) {
     const std::string before = [&] {
       std::ifstream in(run() / file);
       return std::string(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
