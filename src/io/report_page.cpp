@@ -241,7 +241,7 @@ Expected<io::RunPicture> ReadRun(const ReportInput& input, const Json& report) {
 
 std::string Page(const std::string& name, const Json& report, const io::RunPicture& run) {
   const std::string none = "<p>There is no map to draw.</p>\n";
-  const auto drawn = [&none](std::string chart) { return chart.empty() ? none : chart; };
+  const auto drawn = [&none](const std::string& chart) { return chart.empty() ? none : chart; };
   return fmt::format(
              "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"/><meta name=\"viewport\" "
              "content=\"width=device-width, initial-scale=1\"/><title>{0}</title><style>{1}</style></head>\n<body>"

@@ -105,7 +105,7 @@ std::optional<Deviation> Direction(const std::vector<SeenPose>& seen, const Odom
     if (!driven.has_value() || driven->translation.norm() < kShortest || std::abs(viewed.angle) > kStraight) continue;
     const Eigen::Vector2d &a = viewed.translation, &b = driven->translation;
     if (a.norm() == 0.0) continue;
-    turns.push_back(Eigen::Vector2d(a.dot(b), a.x() * b.y() - a.y() * b.x()) / a.norm());
+    turns.emplace_back(a.dot(b) / a.norm(), (a.x() * b.y() - a.y() * b.x()) / a.norm());
   }
   return MeanOfBlocks(turns);
 }
