@@ -22,7 +22,7 @@ SOURCE, EXECUTABLE = '', ''
 DOCUMENTS = ['README.md', 'ARCHITECTURE.md', 'CONTRIBUTING.md', 'BENCHMARK.md', 'planar/README.md', 'mapping2d/README.md', 'docs/*.md',
              'docs/benchmarks/README.md', 'examples/README.md']
 FIRST_WORDS = ('planar_vslam', 'rosrun', 'roslaunch', 'rosservice', 'rostopic', 'catkin', 'catkin_make', 'apt-get', 'sudo', 'cmake', 'ctest')
-FOLDERS = ('scripts/', 'bench/accuracy/', 'bench/speed/', 'build/devel/lib/', '.ci/', 'test/')
+FOLDERS = ('scripts/', 'bench/accuracy/', 'bench/navigation/', 'bench/speed/', 'build/devel/lib/', '.ci/', 'test/')
 LONGEST = 60  # s, of one command
 
 # Words of the documentation -> what is there in the scratch folder. Longer ones first.
@@ -72,7 +72,7 @@ def fenced_commands(text):
 
 def is_command(span):
     words = span.split()
-    if len(words) < 2 and not span.startswith(('scripts/', 'bench/accuracy/', 'bench/speed/', '.ci/')):
+    if len(words) < 2 and not span.startswith(('scripts/', 'bench/accuracy/', 'bench/navigation/', 'bench/speed/', '.ci/')):
         return False
     return '...' not in words and (words[0] in FIRST_WORDS or words[0].startswith(FOLDERS))
 
@@ -180,7 +180,7 @@ class Commands(unittest.TestCase):
             return self.check_run(words[1:])
         if words[0] == 'roslaunch':
             return self.check_launch(words[1:])
-        if words[0].startswith(('scripts/', '.ci/', 'bench/accuracy/', 'bench/speed/', 'test/')):
+        if words[0].startswith(('scripts/', '.ci/', 'bench/accuracy/', 'bench/navigation/', 'bench/speed/', 'test/')):
             return self.check_script(words[0], words[1:])
         if words[0].startswith('build/devel/lib/planar_vslam/'):
             return self.check_built(os.path.basename(words[0]))
