@@ -96,7 +96,8 @@ Control LocalController::Drive(const Rigid2& T_map_base, const Surroundings& sur
   const double remaining = Remaining(T_map_base);
   PlaneVelocity best;
   double best_speed = 0.0;
-  // Shorter arcs cut fewer corners; chosen by looking.
+  // Shorter arcs cut fewer corners. Each is about two thirds of the one before, down to two or three cells of the path:
+  // below that, the rounding to cells decides the bearing. Other ladders have not been tried.
   for (const double share : {1.0, 0.7, 0.45, 0.25}) {
     const Eigen::Vector2d carrot = T_base_map * CarrotAt(T_map_base.translation, share * options_.lookahead);
     const double bearing = std::atan2(carrot.y(), carrot.x());
