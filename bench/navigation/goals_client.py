@@ -84,7 +84,8 @@ class Client:
                 'error_deg': error_deg, 'collisions': self.said['collisions'] - before, 'real_time': seconds / passed}
 
     def result(self, begun):
-        """The action's state; None where it took too long."""
+        """The action's state; None where it took too long. The state is asked for: a transition that comes before send_goal
+        returns is not heard of."""
         ended = (GoalStatus.SUCCEEDED, GoalStatus.ABORTED, GoalStatus.PREEMPTED, GoalStatus.REJECTED, GoalStatus.LOST)
         while self.action.get_state() not in ended:
             if not self.alive():

@@ -116,6 +116,7 @@ TEST(GlobalPlanner, SaysWhyThereIsNoWay) {
   EXPECT_EQ(status(1.2, 3.2), PlanStatus::kInObstacle);
   EXPECT_EQ(status(7.0, 3.2), PlanStatus::kInUnknown);
   EXPECT_EQ(status(3.75, 1.0), PlanStatus::kTooNarrow);
+  EXPECT_EQ(status(6.3, 3.2), PlanStatus::kTooNarrow);  // the body would reach into unknown space
   EXPECT_EQ(status(6.0, 1.0), PlanStatus::kNoWay);
   EXPECT_EQ(PlanPath(costmap, options, {-5.0, 0.0}, {3.0, 1.0}).status, PlanStatus::kStartBlocked);
 }

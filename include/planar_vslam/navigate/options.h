@@ -25,7 +25,7 @@ struct NavigateOptions {
   double inflation_decay = 6.0;   // 1/m
   double inflation_weight = 8.0;
   bool allow_unknown = false;
-  double unknown_margin = 0.1;  // m
+  double unknown_margin = 0.3;  // m, the body's radius: what nobody has seen is not under the body
   double mark_range = 3.0;      // m
   double mark_lifetime = 30.0;  // s
   // The controller.
