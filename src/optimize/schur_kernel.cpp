@@ -41,7 +41,7 @@ template <class Vector>
                                             Eigen::Index stride, double* S) {
   for (std::size_t a = 0; a < U.size(); ++a) {
     Six rows_a[3];
-    for (int k = 0; k < 3; ++k) LoadSix(U[a].data() + 6 * k, &rows_a[k]);
+    for (Eigen::Index k = 0; k < 3; ++k) LoadSix(U[a].data() + 6 * k, &rows_a[k]);
     for (std::size_t c = 0; c <= a; ++c) SubtractProduct(rows_a, U[c].data(), stride, S + rows[a] + rows[c] * stride);
   }
 }
