@@ -16,6 +16,7 @@
 #include <deque>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include "converters.h"
 #include "navigator_settings.h"
@@ -69,6 +70,10 @@ class NavigatorNode {
   }
 
  private:
+  struct Ending {
+    bool reached;
+    std::string text;
+  };
   struct Located {
     Rigid2 T;
     ros::Time stamp;  // zero: fixed
@@ -151,14 +156,16 @@ class NavigatorNode {
 
   void OnGoal() {
     const geometry_msgs::PoseStamped target = server_.acceptNewGoal()->target_pose;
+    accepted_ = ros::WallTime::now();
+    ending_.reset();
     const auto T_map_frame = target.header.frame_id == settings_.map_frame
                                  ? Located{}
                                  : Lookup(settings_.map_frame, target.header.frame_id, ros::Time());
     if (!T_map_frame.has_value()) {
       navigator_.Cancel();
       Stop();
-      server_.setAborted({}, "the goal is in frame '" + target.header.frame_id + "', which tf does not connect with " +
-                                 settings_.map_frame);
+      ending_ = Ending{false, "the goal is in frame '" + target.header.frame_id + "', which tf does not connect with " +
+                                  settings_.map_frame};
       return;
     }
     navigator_.SetGoal(T_map_frame->T * PlanarOf(target.pose));
@@ -168,6 +175,7 @@ class NavigatorNode {
     if (server_.isNewGoalAvailable()) return;  // OnGoal follows
     navigator_.Cancel();
     Stop();
+    ending_.reset();
     server_.setPreempted({}, "cancelled");
   }
 
@@ -182,6 +190,10 @@ class NavigatorNode {
     const auto T_map_odom = Lookup(settings_.map_frame, settings_.odom_frame, ros::Time());
     UseScans(T_map_odom);
     if (!server_.isActive()) return;
+    if (ending_.has_value()) {
+      End();
+      return;
+    }
     const auto T_odom_base = Lookup(settings_.odom_frame, settings_.base_frame, ros::Time());
     const ros::Time now = ros::Time::now();
     NavigatorInput input;
@@ -214,14 +226,23 @@ class NavigatorNode {
   void Report(const NavigatorOutput& output, const NavigatorInput& input, const ros::Time& now) {
     if (output.text != said_ && !output.text.empty()) ROS_INFO("%s", output.text.c_str());
     said_ = output.text;
-    if (output.state == GoalState::kReached) server_.setSucceeded({}, "goal reached");
-    if (output.state == GoalState::kAborted) server_.setAborted({}, output.text);
+    if (output.state == GoalState::kReached) ending_ = Ending{true, "goal reached"};
+    if (output.state == GoalState::kAborted) ending_ = Ending{false, output.text};
+    if (ending_.has_value()) End();
     if (output.state != GoalState::kDriving) return;
     move_base_msgs::MoveBaseFeedback feedback;
     feedback.base_position.header.stamp = now;
     feedback.base_position.header.frame_id = settings_.map_frame;
     feedback.base_position.pose = ToPlanarPose(input.T_map_base);
     server_.publishFeedback(feedback);
+  }
+
+  // Not before clients can take it: they lose a result that comes while they still send the goal.
+  void End() {
+    constexpr double kSendingTakes = 0.2;  // s
+    if (ros::WallTime::now() - accepted_ < ros::WallDuration(kSendingTakes)) return;
+    const Ending ending = *std::exchange(ending_, std::nullopt);
+    ending.reached ? server_.setSucceeded({}, ending.text) : server_.setAborted({}, ending.text);
   }
 
   void PublishPath(const ros::Time& now) {
@@ -246,6 +267,8 @@ class NavigatorNode {
   std::deque<sensor_msgs::LaserScan> scans_;
   std::optional<PoseQuality> quality_;
   bool new_quality_ = false;
+  ros::WallTime accepted_;        // the goal
+  std::optional<Ending> ending_;  // of the goal: it is over, its client does not know yet
   std::string said_;
   ros::Publisher cmd_vel_, path_, goal_;
   ros::Subscriber map_, map_updates_, scan_, pose_, simple_goal_;
