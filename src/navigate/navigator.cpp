@@ -76,11 +76,11 @@ NavigatorOutput Navigator::Step(const NavigatorInput& input) {
   vitals.new_quality = input.new_quality;
   vitals.T_odom_base = input.T_odom_base;
   vitals.commanded = velocity_;
-  const Verdict verdict = supervisor_.Check(vitals);
-  if (verdict.kind == Verdict::Kind::kGiveUp) return Finish(GoalState::kAborted, verdict.reason);
-  if (verdict.kind == Verdict::Kind::kHold) {
+  const Permission permission = supervisor_.Check(vitals);
+  if (permission.kind == Permission::Kind::kGiveUp) return Finish(GoalState::kAborted, permission.reason);
+  if (permission.kind == Permission::Kind::kHold) {
     planned_at_.reset();  // plan anew before driving on
-    return Stand(verdict.reason);
+    return Stand(permission.reason);
   }
   NavigatorOutput output = Drive(input);
   stepped_at_ = input.time;

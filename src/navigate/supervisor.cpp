@@ -1,17 +1,11 @@
 #include "planar_vslam/navigate/supervisor.h"
 
-#include <array>
+#include <fmt/format.h>
+
 #include <cmath>
-#include <cstdio>
 
 namespace planar_vslam {
 namespace {
-
-std::string Text(const char* format, double a, double b) {
-  std::array<char, 160> text{};
-  std::snprintf(text.data(), text.size(), format, a, b);  // NOLINT(cppcoreguidelines-pro-type-vararg)
-  return text.data();
-}
 
 // Of what is commanded, in m/s and rad/s: less a base may not follow.
 constexpr double kMoves = 0.03, kTurns = 0.06;
@@ -22,24 +16,24 @@ constexpr double kMoved = 0.02, kTurned = 0.05;
 
 std::string Supervisor::ReasonToHold(const Vitals& vitals) {
   if (!(vitals.scan_age <= options_.max_scan_age))
-    return std::isfinite(vitals.scan_age)
-               ? Text("the laser is silent for %.1f s (limit %.1f s)", vitals.scan_age, options_.max_scan_age)
-               : "the laser has not said anything yet";
+    return std::isfinite(vitals.scan_age) ? fmt::format("the laser is silent for {:.1f} s (limit {:.1f} s)",
+                                                        vitals.scan_age, options_.max_scan_age)
+                                          : "the laser has not said anything yet";
   if (!(vitals.transform_age <= options_.max_transform_age))
-    return std::isfinite(vitals.transform_age) ? Text("the pose in the map is %.1f s old (limit %.1f s)",
-                                                      vitals.transform_age, options_.max_transform_age)
+    return std::isfinite(vitals.transform_age) ? fmt::format("the pose in the map is {:.1f} s old (limit {:.1f} s)",
+                                                             vitals.transform_age, options_.max_transform_age)
                                                : "there is no pose in the map";
   if (!vitals.quality.has_value()) return "";
   const PoseQuality& quality = *vitals.quality;
   if (!(quality.position_deviation <= options_.max_position_deviation))
-    return Text("localisation is too uncertain: standard deviation %.2f m (limit %.2f m)", quality.position_deviation,
-                options_.max_position_deviation);
+    return fmt::format("localisation is too uncertain: standard deviation {:.2f} m (limit {:.2f} m)",
+                       quality.position_deviation, options_.max_position_deviation);
   if (!(quality.heading_deviation <= options_.max_heading_deviation))
-    return Text("localisation is too uncertain: standard deviation %.0f deg (limit %.0f deg)",
-                RadiansToDegrees(quality.heading_deviation), RadiansToDegrees(options_.max_heading_deviation));
+    return fmt::format("localisation is too uncertain: standard deviation {:.0f} deg (limit {:.0f} deg)",
+                       RadiansToDegrees(quality.heading_deviation), RadiansToDegrees(options_.max_heading_deviation));
   if (driven_without_pose_ > options_.max_drive_without_pose)
-    return Text("no message on pose for %.1f m of driving (limit %.1f m)", driven_without_pose_,
-                options_.max_drive_without_pose);
+    return fmt::format("no message on pose for {:.1f} m of driving (limit {:.1f} m)", driven_without_pose_,
+                       options_.max_drive_without_pose);
   return "";
 }
 
@@ -58,7 +52,7 @@ bool Supervisor::IsStuck(const Vitals& vitals) {
   return vitals.time - *told_since_ > options_.stuck_time;
 }
 
-Verdict Supervisor::Check(const Vitals& vitals) {
+Permission Supervisor::Check(const Vitals& vitals) {
   if (has_last_ && !vitals.new_quality)
     driven_without_pose_ += (vitals.T_odom_base.translation - T_odom_last_.translation).norm();
   else
@@ -66,8 +60,9 @@ Verdict Supervisor::Check(const Vitals& vitals) {
   T_odom_last_ = vitals.T_odom_base;
   has_last_ = true;
   if (IsStuck(vitals)) {
-    return {Verdict::Kind::kGiveUp, Text("the robot does not move though told to for %.1f s (limit %.1f s)",
-                                         vitals.time - *told_since_, options_.stuck_time)};
+    return {Permission::Kind::kGiveUp,
+            fmt::format("the robot does not move though told to for {:.1f} s (limit {:.1f} s)",
+                        vitals.time - *told_since_, options_.stuck_time)};
   }
   const std::string reason = ReasonToHold(vitals);
   if (reason.empty()) {
@@ -75,8 +70,8 @@ Verdict Supervisor::Check(const Vitals& vitals) {
     return {};
   }
   if (!held_since_.has_value()) held_since_ = vitals.time;
-  if (vitals.time - *held_since_ >= options_.hold_limit) return {Verdict::Kind::kGiveUp, reason};
-  return {Verdict::Kind::kHold, reason};
+  if (vitals.time - *held_since_ >= options_.hold_limit) return {Permission::Kind::kGiveUp, reason};
+  return {Permission::Kind::kHold, reason};
 }
 
 void Supervisor::Reset() {

@@ -7,6 +7,8 @@
 
 namespace planar_vslam {
 
+// Defaults are for a base of Pepper's size. None was tuned by driving; docs/navigation.md says what they were driven
+// with.
 struct NavigateOptions {
   // The body: an upright cylinder around the base's axis, which may turn in place wherever it stands.
   double robot_radius = 0.3;    // m

@@ -22,7 +22,7 @@ struct Vitals {
   PlaneVelocity commanded;  // sent before this step
 };
 
-struct Verdict {
+struct Permission {
   enum class Kind { kDrive, kHold, kGiveUp } kind = Kind::kDrive;
   std::string reason;  // one line; empty where it may drive
 };
@@ -32,7 +32,7 @@ class Supervisor {
   explicit Supervisor(const NavigateOptions& options) : options_(options) {}
 
   // Once a step. A reason to hold that lasts longer than the limit is one to give up.
-  Verdict Check(const Vitals& vitals);
+  Permission Check(const Vitals& vitals);
   void Reset();
 
  private:
