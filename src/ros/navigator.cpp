@@ -20,6 +20,7 @@
 
 #include "converters.h"
 #include "navigator_settings.h"
+#include "planar_pose.h"
 #include "planar_vslam/io/message_values.h"
 #include "planar_vslam/navigate/navigator.h"
 
@@ -29,20 +30,6 @@ namespace {
 constexpr double kPause = 5.0;  // s between two warnings of a kind
 
 using ActionServer = actionlib::SimpleActionServer<move_base_msgs::MoveBaseAction>;
-
-// The heading of a quaternion of any length; NaN where it has none.
-double HeadingOf(const geometry_msgs::Quaternion& q) {
-  const double length = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
-  if (!(length > 1e-6) || !std::isfinite(length)) return std::numeric_limits<double>::quiet_NaN();
-  return std::atan2(2.0 * (q.w * q.z + q.x * q.y), length - 2.0 * (q.y * q.y + q.z * q.z));
-}
-
-Rigid2 PlanarOf(const geometry_msgs::Pose& pose) {
-  Rigid2 T;
-  T.translation = {pose.position.x, pose.position.y};
-  T.angle = HeadingOf(pose.orientation);
-  return T;
-}
 
 geometry_msgs::Pose ToPlanarPose(const Rigid2& T) { return ToPose(Embed3(T)); }
 

@@ -1,12 +1,16 @@
 // sim_node: a robot in a simulated world, with a robot's topics. It makes the clock itself and paces it by wall time.
 #include <diagnostic_msgs/DiagnosticStatus.h>
 #include <fmt/format.h>
+#include <geometry_msgs/PoseStamped.h>
 #include <geometry_msgs/Twist.h>
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
+#include <std_msgs/Bool.h>
+#include <std_msgs/Float64.h>
 
 #include <ctime>
 
+#include "planar_pose.h"
 #include "sim_publisher.h"
 #include "sim_settings.h"
 
@@ -39,7 +43,12 @@ class SimNode {
         robot_(*settings_.robot),
         node_(node),
         publisher_(&node_, robot_.world()),
-        commands_(node_.subscribe("cmd_vel", 1, &SimNode::OnCommand, this)) {}
+        drive_over_(node_.advertise<std_msgs::Bool>("drive_over", 1, true)),
+        commands_(node_.subscribe("cmd_vel", 1, &SimNode::OnCommand, this)),
+        kidnaps_(node_.subscribe("kidnap", 1, &SimNode::OnKidnap, this)),
+        covers_(node_.subscribe("cover_camera", 1, &SimNode::OnCover, this)) {
+    PublishDriveOver();
+  }
 
   void Run() {
     publisher_.PublishClock(0.0);
@@ -52,6 +61,7 @@ class SimNode {
       ros::getGlobalCallbackQueue()->callAvailable();
       pacer.WaitFor(robot_.now());
       robot_.Step();
+      if (robot_.drive_is_over() != said_over_) PublishDriveOver();
       publisher_.PublishClock(robot_.now());
       while (const std::optional<SimulatedEvent> event = robot_.Next()) publisher_.Publish(*event);
       ReportNowAndThen();
@@ -81,6 +91,25 @@ class SimNode {
                command.x, command.y, command.yaw);
   }
 
+  void OnKidnap(const geometry_msgs::PoseStamped& target) {
+    const std::optional<Error> problem = robot_.Carry(PlanarOf(target.pose));
+    if (problem.has_value()) ROS_WARN("%s: %s", kidnaps_.getTopic().c_str(), problem->message.c_str());
+  }
+
+  void OnCover(const std_msgs::Float64& seconds) {
+    if (seconds.data > 0.0 && std::isfinite(seconds.data))
+      robot_.CoverCamera(seconds.data);
+    else
+      ROS_WARN("%s: is %g; expected a number of seconds above 0", covers_.getTopic().c_str(), seconds.data);
+  }
+
+  void PublishDriveOver() {
+    said_over_ = robot_.drive_is_over();
+    std_msgs::Bool message;
+    message.data = static_cast<std::uint8_t>(said_over_);
+    drive_over_.publish(message);
+  }
+
   // Once a second of wall time.
   void ReportNowAndThen() {
     using diagnostic_msgs::DiagnosticStatus;
@@ -103,6 +132,7 @@ class SimNode {
                                    {"simulated time (s)", fmt::format("{:.1f}", robot_.now())},
                                    {"real-time factor", fmt::format("{:.2f}", factor)},
                                    {"collisions", std::to_string(base.collisions)},
+                                   {"bumps", std::to_string(base.bumps)},
                                    {"refused commands", std::to_string(refused_)}});
   }
 
@@ -113,7 +143,9 @@ class SimNode {
   long refused_ = 0;
   ros::WallTime warned_at_, reported_at_;
   double reported_ = 0.0;  // s, simulated time of the last report
-  ros::Subscriber commands_;
+  bool said_over_ = false;
+  ros::Publisher drive_over_;
+  ros::Subscriber commands_, kidnaps_, covers_;
 };
 
 int Run() {

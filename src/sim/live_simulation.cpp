@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 namespace planar_vslam {
 namespace {
 
@@ -47,12 +49,35 @@ void LiveSimulation::Command(const VelocityCommand& command) {
 
 void LiveSimulation::Step() {
   ++steps_;
-  if (planned_ != nullptr) return;
+  if (planned_ != nullptr && now() < planned_->duration() + DrivenMotion::kMemory) return;
+  if (planned_ != nullptr) EndDrive();
   const World& world = rig_.world();
   const bool silent = now() - commanded_at_ > world.limits.command_timeout;
   base_ = StepBase(world.limits, world.drive.base, obstacles_, base_, silent ? VelocityCommand() : command_, now(),
                    Drive::kStep);
   driven_.Append(base_.T_world_base);
+}
+
+void LiveSimulation::EndDrive() {
+  base_.T_world_base = planned_->PlaceAt(now(), now());
+  driven_ = DrivenMotion(Floor(rig_.world()), base_.T_world_base, steps_ - 1);
+  planned_.reset();
+  command_ = {};
+  drive_is_over_ = true;
+}
+
+std::optional<Error> LiveSimulation::Carry(const Rigid2& T_world_base) {
+  if (planned_ != nullptr) return Error{"the robot follows its drive; expected one that obeys commands"};
+  if (!T_world_base.translation.allFinite() || !std::isfinite(T_world_base.angle))
+    return Error{"expected a finite pose"};
+  if (const std::optional<std::string> touched = obstacles_.Touched(T_world_base, now()))
+    return Error{fmt::format("the robot would touch {} at [{:.2f}, {:.2f}]; expected free floor", *touched,
+                             T_world_base.translation.x(), T_world_base.translation.y())};
+  base_.T_world_base = T_world_base;
+  base_.velocity.setZero();
+  base_.touching = false;
+  driven_.Carry(T_world_base);
+  return std::nullopt;
 }
 
 std::optional<SimulatedEvent> LiveSimulation::Next() {
@@ -71,7 +96,5 @@ BaseState LiveSimulation::base() const {
 }
 
 Rigid3 LiveSimulation::T_world_base() const { return planned_ != nullptr ? planned_->At(now()) : driven_.At(now()); }
-
-bool LiveSimulation::drive_is_over() const { return planned_ != nullptr && now() >= planned_->duration(); }
 
 }  // namespace planar_vslam

@@ -41,7 +41,7 @@ BaseState StepBase(const LimitsSpec& limits, BaseKind kind, const Obstacles& obs
   const double clearance = obstacles.Clearance(next.T_world_base.translation, time);
   const bool into = clearance < kGap && clearance <= obstacles.Clearance(from, time);
   const bool falls = obstacles.Falls(next.T_world_base) && !obstacles.Falls(state.T_world_base);
-  const bool blocked = into || falls;
+  const bool blocked = into || falls, moves = !next.velocity.head<2>().isZero(0.0);
   if (blocked) {
     next.velocity.head<2>().setZero();
     if (falls) next.velocity.z() = 0.0;
@@ -49,7 +49,7 @@ BaseState StepBase(const LimitsSpec& limits, BaseKind kind, const Obstacles& obs
   }
   if (blocked && !state.touching) {
     next.touched_at = from;
-    ++next.collisions;
+    ++(moves ? next.collisions : next.bumps);
   }
   next.touching =
       blocked || (state.touching && (next.T_world_base.translation - next.touched_at).norm() < kSameContact);

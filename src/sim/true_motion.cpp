@@ -11,12 +11,14 @@ PlannedMotion::PlannedMotion(Drive drive, Floor floor, std::vector<KidnapSpec> k
   }
 }
 
-Rigid3 PlannedMotion::At(double time, double carried_until) const {
+Rigid3 PlannedMotion::At(double time, double carried_until) const { return floor_.Stand(PlaceAt(time, carried_until)); }
+
+Rigid2 PlannedMotion::PlaceAt(double time, double carried_until) const {
   double driven = time;
   for (const KidnapSpec& kidnap : kidnaps_) {
     if (kidnap.at <= carried_until) driven += kidnap.skip;
   }
-  return floor_.Stand(drive_.At(driven));
+  return drive_.At(driven);
 }
 
 bool PlannedMotion::Carried(double after, double until) const {
@@ -26,19 +28,31 @@ bool PlannedMotion::Carried(double after, double until) const {
 
 void DrivenMotion::Append(const Rigid2& T_world_base) {
   constexpr auto kMost = static_cast<std::size_t>(kMemory / Drive::kStep) + 1;
-  poses_.push_back(T_world_base);
+  poses_.push_back(carried_.empty() ? T_world_base : carried_.back().T_world_uncarried.Inverse() * T_world_base);
   if (poses_.size() > kMost) poses_.pop_front();
   ++last_;
 }
 
-Rigid3 DrivenMotion::At(double time, double /*carried_until*/) const {
+void DrivenMotion::Carry(const Rigid2& T_world_base) {
+  carried_.push_back({now(), T_world_base * poses_.back().Inverse()});
+}
+
+bool DrivenMotion::Carried(double after, double until) const {
+  return std::any_of(carried_.begin(), carried_.end(),
+                     [&](const Carrying& carrying) { return carrying.at > after && carrying.at <= until; });
+}
+
+Rigid3 DrivenMotion::At(double time, double carried_until) const {
   const auto newest = static_cast<double>(poses_.size() - 1);
   const double first = static_cast<double>(last_) - newest;
   const double position = std::clamp(time / Drive::kStep - first, 0.0, newest);
   const auto i = static_cast<std::size_t>(position);
   const double share = position - static_cast<double>(i);
-  if (share == 0.0) return floor_.Stand(poses_[i]);
-  return floor_.Stand(Interpolate(poses_[i], poses_[i + 1], share));
+  Rigid2 T = share == 0.0 ? poses_[i] : Interpolate(poses_[i], poses_[i + 1], share);
+  const auto last = std::find_if(carried_.rbegin(), carried_.rend(),
+                                 [&](const Carrying& carrying) { return carrying.at <= carried_until; });
+  if (last != carried_.rend()) T = last->T_world_uncarried * T;
+  return floor_.Stand(T);
 }
 
 }  // namespace planar_vslam

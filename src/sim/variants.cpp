@@ -155,6 +155,15 @@ Outcome AddBumps(const Change& change) {
   return {};
 }
 
+Outcome AddPeople(const Change& change) {
+  const Expected<double> count = Number(change.value, 1.0, 1.0, 10.0, "");
+  if (!count) return count.error().message;
+  for (int i = 0; i < static_cast<int>(*count); ++i) {
+    if (!AddPerson(change.world, change.seed + static_cast<std::uint64_t>(i))) return "expected room to walk in";
+  }
+  return {};
+}
+
 struct Variant {
   const char* name;
   const char* value;
@@ -172,6 +181,7 @@ constexpr Variant kVariants[] = {
     {"slip", "[=PER_MINUTE]", "wheels spin or skid so often (2)", AddSlips},
     {"occlusion", "[=SECONDS]", "somebody crosses close in front of the robot, three times (4)", AddOcclusions},
     {"blackout", "[=SECONDS]", "the camera sees nothing for so long (3)", AddBlackout},
+    {"people", "[=COUNT]", "somebody walks to and fro across the drive (1)", AddPeople},
     {"kidnap", "[=SECONDS]", "the robot is carried on by so many seconds of its drive (8)", AddKidnap},
 };
 

@@ -95,6 +95,98 @@ TEST(LiveSimulation, FollowingTheDriveIsTheRecordedSimulation) {
   }
 }
 
+TEST(LiveSimulation, ObeysCommandsAfterItsDrive) {
+  World world = *ParseWorld(test::SmallWorldYaml(), "small.yaml");
+  world.odometry = {};  // measures exactly
+  LiveOptions options = Blind();
+  options.follow_drive = true;
+  const Rigid2 end = PlanDrive(world)->At(1e9);
+  LiveSimulation robot = LiveSimulation::Create(world, options).value();
+  Drive(robot, PlanDrive(world)->duration() + 1.0, Ahead);
+  EXPECT_FALSE(robot.drive_is_over()) << "sensors still look back";
+  EXPECT_EQ(robot.base().T_world_base.translation, end.translation);
+  while (!robot.drive_is_over()) Drive(robot, robot.now() + 0.1, [](double) { return std::nullopt; });
+  EXPECT_NEAR((robot.base().T_world_base.translation - end.translation).norm(), 0.0, 1e-6);
+  const double over = robot.now();
+  Rigid2 last = end;
+  double stamp = 0.0;
+  for (const SimulatedEvent& event : Drive(robot, over + 2.0, Ahead)) {
+    EXPECT_GE(StampOf(event).Seconds(), stamp);
+    stamp = StampOf(event).Seconds();
+    const Rigid2 now = ProjectToPlane(event.T_world_base);
+    EXPECT_LT((now.translation - last.translation).norm(), 0.02) << "no jump";
+    last = now;
+  }
+  EXPECT_GT((robot.base().T_world_base.translation - end.translation).norm(), 0.3);
+}
+
+TEST(LiveSimulation, OdometryGoesOnWhereTheDriveEnded) {
+  World world = *ParseWorld(test::SmallWorldYaml(), "small.yaml");
+  LiveOptions options = Blind();
+  options.follow_drive = true;
+  LiveSimulation robot = LiveSimulation::Create(world, options).value();
+  std::optional<Rigid2> last;
+  for (const SimulatedEvent& event : Drive(robot, PlanDrive(world)->duration() + 5.0, Ahead)) {
+    const auto* reading = std::get_if<OdometryReading>(&event.measurement);
+    if (reading == nullptr) continue;
+    if (last.has_value()) {
+      EXPECT_LT((reading->T_odom_base.translation - last->translation).norm(), 0.02);
+    }
+    last = reading->T_odom_base;
+  }
+  EXPECT_TRUE(robot.drive_is_over());
+}
+
+TEST(LiveSimulation, WheelsDoNotTurnWhileTheRobotIsCarried) {
+  LiveSimulation robot = Small(Blind());
+  std::vector<SimulatedEvent> events = Drive(robot, 1.0, Ahead);
+  const Rigid2 there(2.0, 2.0, 2.5);
+  EXPECT_NE(robot.Carry(Rigid2(0.1, 2.0, 0.0)).value().message.find("touch a wall"), std::string::npos);
+  EXPECT_NE(robot.Carry(Rigid2(std::nan(""), 2.0, 0.0)).value().message.find("finite"), std::string::npos);
+  ASSERT_FALSE(robot.Carry(there).has_value());
+  EXPECT_EQ(robot.base().T_world_base.translation, there.translation);
+  for (SimulatedEvent& event : Drive(robot, 2.0, Ahead)) events.push_back(std::move(event));
+  std::optional<Rigid2> odometry, truth;
+  double carried = 0.0;
+  for (const SimulatedEvent& event : events) {
+    const Rigid2 now = ProjectToPlane(event.T_world_base);
+    if (truth.has_value()) carried = std::max(carried, (now.translation - truth->translation).norm());
+    truth = now;
+    const auto* reading = std::get_if<OdometryReading>(&event.measurement);
+    if (reading == nullptr) continue;
+    if (odometry.has_value()) {
+      EXPECT_LT((reading->T_odom_base.translation - odometry->translation).norm(), 0.02);
+    }
+    odometry = reading->T_odom_base;
+  }
+  EXPECT_GT(carried, 0.3) << "the truth jumps";
+  EXPECT_LT((truth->translation - there.translation).norm(), 0.4) << "and goes on from there";
+}
+
+TEST(LiveSimulation, IsNotCarriedWhileItFollowsADrive) {
+  LiveOptions options = Blind();
+  options.follow_drive = true;
+  LiveSimulation robot = Small(options);
+  EXPECT_NE(robot.Carry(Rigid2(2.0, 2.0, 0.0)).value().message.find("follows its drive"), std::string::npos);
+}
+
+TEST(LiveSimulation, ACoveredCameraSeesNothing) {
+  LiveSimulation robot = Small();
+  const auto brightest = [&robot](double until) {
+    int most = 0;
+    for (const SimulatedEvent& event : Drive(robot, until, Ahead)) {
+      const auto* frame = std::get_if<CameraFrame>(&event.measurement);
+      if (frame == nullptr) continue;
+      for (const std::uint8_t pixel : *frame->image.image.pixels) most = std::max(most, int{pixel});
+    }
+    return most;
+  };
+  EXPECT_GT(brightest(0.25), 100);
+  robot.CoverCamera(0.5);
+  EXPECT_LT(brightest(0.7), 60) << "noise";
+  EXPECT_GT(brightest(1.2), 100);
+}
+
 TEST(LiveSimulation, SilenceStopsTheRobotWithinItsLimits) {
   LiveSimulation simulation = Small(Blind());
   constexpr double kCommanded = 2.0;  // s; the last command comes at 1.9

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <numeric>
 
+#include "planar_vslam/sim/obstacles.h"
 #include "planar_vslam/sim/simulation.h"
 #include "planar_vslam/sim/solids.h"
 #include "sim_fixtures.h"
@@ -94,6 +95,37 @@ double FirstImageMean(const World& world) {
   shot.T_world_camera = Embed3(world.drive.start) * world.camera.T_base_camera();
   const GrayImage image = CameraSensor(world.camera).Render(scene, shot);
   return std::accumulate(image.pixels->begin(), image.pixels->end(), 0.0) / static_cast<double>(image.pixels->size());
+}
+
+TEST(Variants, SomebodyCrossesTheDriveAndDoesNotMeetTheRobot) {
+  for (const char* name : {"mechatronics_lab", "south_hall"}) {
+    const World before = Shipped(name);
+    for (const std::uint64_t seed : {1U, 2U, 3U}) {
+      const World after = ApplyVariants(before, {"moved-furniture", "people=2"}, seed).value();
+      ASSERT_EQ(after.people.size(), before.people.size() + 2) << name;
+      EXPECT_TRUE(FindProblems(after).empty());
+      const Expected<Drive> drive = PlanDrive(after);
+      ASSERT_TRUE(drive.ok()) << drive.error().message;
+      World alone = after;
+      alone.people.clear();
+      const Obstacles obstacles(alone, 0.25);
+      for (const PersonSpec& person : after.people) {
+        double nearest = 10.0;
+        for (double time = 0.0; time < 60.0; time += 0.1) {
+          const Eigen::Vector2d at = WalkerAt(person, time).T_world_walker.translation;
+          EXPECT_GT(obstacles.Clearance(at, time), 0.0) << name << ", " << seed;
+          for (double t = 0.0; t < drive->duration(); t += 0.5)
+            nearest = std::min(nearest, (at - drive->At(t).translation).norm());
+        }
+        EXPECT_LT(nearest, 0.3) << "the way crosses the drive";
+      }
+    }
+  }
+  const auto error = [](const char* variant) {
+    return ApplyVariants(Shipped("sample_lab"), {variant}, 1).error().message;
+  };
+  EXPECT_NE(error("people").find("expected room to walk in"), std::string::npos) << "it is too small";
+  EXPECT_NE(error("people=0").find("expected a number from 1 to 10"), std::string::npos);
 }
 
 TEST(Variants, LightGetsDarkerAndBrighter) {

@@ -12,7 +12,7 @@ namespace planar_vslam {
 
 struct LiveOptions : SensorOptions {
   std::optional<Rigid2> start;  // T_world_base; none: where the world's drive starts
-  bool follow_drive = false;    // follows the world's drive instead of commands, then rests
+  bool follow_drive = false;    // follows the world's drive before it obeys commands
 };
 
 class LiveSimulation {
@@ -21,8 +21,13 @@ class LiveSimulation {
   static Expected<LiveSimulation> Create(const World& world, const LiveOptions& options);
 
   // From now on, until the next one or until the limits' command_timeout has passed. One that is not finite stops the
-  // robot.
+  // robot. While a drive is followed it changes nothing.
   void Command(const VelocityCommand& command);
+  // Somebody carries the robot there, in no time: its wheels do not turn, it stands. The reason where that cannot be:
+  // the place is not free, or a drive is followed.
+  std::optional<Error> Carry(const Rigid2& T_world_base);
+  // The camera sees nothing for so many seconds from now.
+  void CoverCamera(double seconds) { rig_.CoverCamera(now(), seconds); }
   // Drive::kStep later.
   void Step();
   // The next measurement that is due: SensorRig::lead() after its stamp. None: step on.
@@ -31,17 +36,20 @@ class LiveSimulation {
   double now() const;           // s
   BaseState base() const;       // without velocity where a drive is followed
   Rigid3 T_world_base() const;  // now
-  bool drive_is_over() const;   // false where none is followed
+  // From then on commands are obeyed: sensors no longer look back into the drive. False where none was followed.
+  bool drive_is_over() const { return drive_is_over_; }
   const World& world() const { return rig_.world(); }
 
  private:
   LiveSimulation(const World& world, const LiveOptions& options, std::unique_ptr<PlannedMotion> planned);
+  void EndDrive();
 
   SensorRig rig_;
   Obstacles obstacles_;
   BaseState base_;
   DrivenMotion driven_;
   std::unique_ptr<PlannedMotion> planned_;  // null: commands
+  bool drive_is_over_ = false;
   VelocityCommand command_;
   double commanded_at_ = 0.0;  // s
   std::int64_t steps_ = 0;

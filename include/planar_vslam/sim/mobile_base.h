@@ -21,7 +21,8 @@ struct BaseState {
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();    // x, y, yaw in the base's axes, m/s and rad/s
   bool touching = false;                                 // something in its way
   Eigen::Vector2d touched_at = Eigen::Vector2d::Zero();  // m, where the robot was when it met that
-  long collisions = 0;                                   // so far
+  long collisions = 0;                                   // so far, of a robot that moved
+  long bumps = 0;                                        // so far, of people into a robot that stood
 };
 
 // What the base can make of a command: the direction is kept, the speed limited. A differential base leaves out what is

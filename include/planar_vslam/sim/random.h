@@ -22,7 +22,8 @@ enum class RandomStream : std::uint64_t {
   kOdometry = 5,
   kSlips = 6,
   kFurniture = 7,
-  kWorld = 8
+  kWorld = 8,
+  kPeople = 9
 };
 
 constexpr std::uint64_t MixSeed(std::uint64_t seed, RandomStream stream) {

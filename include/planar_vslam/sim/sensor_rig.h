@@ -41,6 +41,8 @@ class SensorRig {
   // camera. `motion` must be known up to lead() after the stamp.
   std::optional<SimulatedEvent> Next(const TrueMotion& motion, double until);
   double lead() const;  // s
+  // The camera sees nothing from `from` on, for `seconds`.
+  void CoverCamera(double from, double seconds) { world_.events.blackouts.push_back({from, seconds}); }
 
   bool renders() const { return options_.render; }
   const World& world() const { return world_; }

@@ -30,6 +30,7 @@ class PlannedMotion : public TrueMotion {
   using TrueMotion::At;
   Rigid3 At(double time, double carried_until) const override;
   bool Carried(double after, double until) const override;
+  Rigid2 PlaceAt(double time, double carried_until) const;  // T_world_base, in the plane
 
  private:
   Drive drive_;
@@ -38,24 +39,33 @@ class PlannedMotion : public TrueMotion {
   double duration_;
 };
 
-// The last seconds of a way that is only known up to now. Nobody carries the robot.
+// The last seconds of a way that is only known up to now.
 class DrivenMotion : public TrueMotion {
  public:
   static constexpr double kMemory = 3.0;  // s, longer than any sensor looks back
 
-  DrivenMotion(Floor floor, const Rigid2& start) : floor_(std::move(floor)), poses_{start} {}
+  // Step `first` of the way: the robot stood at `start` until then.
+  DrivenMotion(Floor floor, const Rigid2& start, std::int64_t first = 0)
+      : floor_(std::move(floor)), poses_{start}, last_(first) {}
 
   // Where the robot is Drive::kStep after the last pose.
   void Append(const Rigid2& T_world_base);
+  // Somebody carries the robot there now, in no time.
+  void Carry(const Rigid2& T_world_base);
   double now() const { return Drive::kStep * static_cast<double>(last_); }  // s, of the last pose
   using TrueMotion::At;
   Rigid3 At(double time, double carried_until) const override;
-  bool Carried(double /*after*/, double /*until*/) const override { return false; }
+  bool Carried(double after, double until) const override;
 
  private:
+  struct Carrying {
+    double at;                 // s
+    Rigid2 T_world_uncarried;  // where it has led, in all
+  };
   Floor floor_;
-  std::deque<Rigid2> poses_;
-  std::int64_t last_ = 0;  // number of the last pose
+  std::vector<Carrying> carried_;
+  std::deque<Rigid2> poses_;  // had nobody ever carried it
+  std::int64_t last_ = 0;     // number of the last pose
 };
 
 }  // namespace planar_vslam

@@ -22,4 +22,8 @@ Expected<World> ChooseDrive(World world, const std::string& name);
 // Shifts and turns chairs and boxes, as far as the drives, the room and the other things leave space. Returns how many.
 int MoveFurniture(World* world, std::uint64_t seed);
 
+// Somebody walks to and fro across the world's drive, straight, where the floor is free, and never meets a robot that
+// keeps to its times. False where no such way was found.
+bool AddPerson(World* world, std::uint64_t seed);
+
 }  // namespace planar_vslam
