@@ -25,8 +25,9 @@ CASES = [('slam.launch', [], ['/slam']),
           ['/rviz', '/simulation']),
          ('navigation.launch', [], ['/move_base']),
          ('navigation.launch', ['planner:=move_base'], ['/move_base']),
-         ('demo.launch', [], ['/simulation', '/slam']),
-         ('demo.launch', ['rviz:=true', 'variants:=[moved-furniture]'], ['/rviz', '/simulation', '/slam'])]
+         ('demo.launch', [], ['/demo_goals', '/move_base', '/simulation', '/slam']),
+         ('demo.launch', ['rviz:=true', 'variants:=[moved-furniture]'],
+          ['/demo_goals', '/move_base', '/rviz', '/simulation', '/slam'])]
 
 FOLDER = os.path.join(roslib.packages.get_pkg_dir('planar_vslam'), 'launch')
 
@@ -46,7 +47,7 @@ class LaunchFiles(unittest.TestCase):
             self.assertEqual(sorted(result.stdout.split()), nodes, ' '.join(command))
 
     def test_every_argument_says_what_it_is(self):
-        for name in ('slam.launch', 'localization.launch', 'replay.launch', 'pepper.launch'):
+        for name in ('slam.launch', 'localization.launch', 'replay.launch', 'pepper.launch', 'demo.launch'):
             root = xml.etree.ElementTree.parse(os.path.join(FOLDER, name)).getroot()
             page = open(os.path.join(FOLDER, '..', 'docs', 'ros_api.md'), encoding='utf-8').read()
             for argument in root.findall('arg'):
