@@ -9,12 +9,14 @@ import localise_parts
 import rospy
 from actionlib_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PoseWithCovarianceStamped, Twist
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 from nav_msgs.msg import OccupancyGrid, Odometry
+from std_msgs.msg import Float64
 
 LONGEST, PATIENCE = 300.0, 120.0  # s: simulated, for a goal; of wall time, for a message
 SETTLED = 1.2                     # s of wall time after a goal: the simulator reports once a second
+UNDER_WAY = 0.7                   # m driven before a mishap
 
 
 class Client:
@@ -22,9 +24,11 @@ class Client:
 
     def __init__(self, alive):
         self.alive = alive
-        self.said = {'collisions': 0}
+        self.said = {'collisions': 0, 'bumps': 0}
         rospy.init_node('run_goals', disable_signals=True)
         self.cmd_vel = rospy.Publisher('cmd_vel', Twist, queue_size=1)
+        self.kidnap = rospy.Publisher('kidnap', PoseStamped, queue_size=1)
+        self.cover = rospy.Publisher('cover_camera', Float64, queue_size=1)
         rospy.Subscriber('ground_truth', Odometry, self.on_truth, queue_size=20)
         rospy.Subscriber('ground_truth_map', OccupancyGrid, lambda m: self.said.update(truth_map=m))
         rospy.Subscriber('map', OccupancyGrid, lambda m: self.said.update(map=m))
@@ -39,8 +43,8 @@ class Client:
     def on_diagnostics(self, message):
         for status in message.status:
             for pair in status.values:
-                if pair.key == 'collisions':
-                    self.said['collisions'] = int(pair.value)
+                if pair.key in ('collisions', 'bumps'):
+                    self.said[pair.key] = int(pair.value)
 
     def wait(self, key):
         self.wait_until(lambda: key in self.said, PATIENCE, 'nothing was heard of: ' + key)
@@ -68,33 +72,46 @@ class Client:
         self.cmd_vel.publish(Twist())
         self.wait_until(lambda: self.action.wait_for_server(rospy.Duration(0.5)), PATIENCE, 'nobody offers the action move_base')
 
-    def drive_to(self, goal, T_truth_map):
+    def carry(self, place):
+        message = PoseStamped()
+        message.header.frame_id = 'world'
+        message.pose.position.x, message.pose.position.y = place[:2]
+        message.pose.orientation.z, message.pose.orientation.w = math.sin(place[2] / 2), math.cos(place[2] / 2)
+        self.kidnap.publish(message)
+
+    def drive_to(self, goal, T_truth_map, mishap=None):
+        """A row about the goal. `mishap` is called once the robot is under way."""
         x, y, yaw = localise_parts.compose(localise_parts.inverse(T_truth_map), goal)
         message = MoveBaseGoal()
         message.target_pose.header.frame_id = 'map'
         message.target_pose.pose.position.x, message.target_pose.pose.position.y = x, y
         message.target_pose.pose.orientation.z, message.target_pose.pose.orientation.w = math.sin(yaw / 2), math.cos(yaw / 2)
-        before, begun, wall = self.said['collisions'], self.said['time'], time.time()
+        before, begun, wall = dict(self.said), self.said['time'], time.time()
         self.action.send_goal(message)
-        state = self.result(begun)
+        state, happened = self.result(begun, mishap)
         seconds, passed = self.said['time'] - begun, time.time() - wall
         time.sleep(SETTLED)
         error_m, error_deg = goals_parts.end_error(self.said['pose'], goal)
         return {'goal': goal, 'reached': state == GoalStatus.SUCCEEDED, 'text': self.text(state), 'seconds': seconds, 'error_m': error_m,
-                'error_deg': error_deg, 'collisions': self.said['collisions'] - before, 'real_time': seconds / passed}
+                'error_deg': error_deg, 'collisions': self.said['collisions'] - before['collisions'],
+                'bumps': self.said['bumps'] - before['bumps'], 'mishap': happened, 'real_time': seconds / passed}
 
-    def result(self, begun):
-        """The action's state; None where it took too long. The state is asked for: a transition that comes before send_goal
-        returns is not heard of."""
+    def result(self, begun, mishap):
+        """The action's state, None where it took too long, and whether the mishap happened. The state is asked for: a transition
+        that comes before send_goal returns is not heard of."""
         ended = (GoalStatus.SUCCEEDED, GoalStatus.ABORTED, GoalStatus.PREEMPTED, GoalStatus.REJECTED, GoalStatus.LOST)
+        start, happened = self.said['pose'], False
         while self.action.get_state() not in ended:
+            if mishap and math.dist(start[:2], self.said['pose'][:2]) > UNDER_WAY:
+                mishap()
+                mishap, happened = None, True
             if not self.alive():
                 common.fail('the nodes ended')
             if self.said['time'] - begun > LONGEST:
                 self.action.cancel_goal()
-                return None
+                return None, happened
             time.sleep(0.02)
-        return self.action.get_state()
+        return self.action.get_state(), happened
 
     def text(self, state):
         return 'not there after %g s' % LONGEST if state is None else self.action.get_goal_status_text()
