@@ -8,6 +8,9 @@ namespace planar_vslam {
 namespace {
 
 constexpr double kFirstPeriod = 0.1;  // s, of a step that has none before it
+// Of the pose against odometry: what puts marks on the wrong side of a wall, or across a door.
+constexpr double kJump = 0.2, kJumpAngle = 0.1;  // m, rad
+constexpr double kLookRate = 0.3;                // rad/s: images must not blur
 
 bool IsFinite(const Rigid2& T) { return T.translation.allFinite() && std::isfinite(T.angle); }
 
@@ -23,12 +26,24 @@ void Navigator::AddSweep(double stamp, const PlanarScan& scan, const Rigid2& T_b
   swept_at_ = stamp;
   points_odom_ = PointsOf(scan, T_base_laser);
   for (Eigen::Vector2d& point : points_odom_) point = T_odom_base * point;
-  if (T_map_base.has_value()) costmap_.AddSweep(stamp, *T_map_base * T_base_laser, scan);
+  if (!T_map_base.has_value()) return;
+  ForgetMarksAfterAJump(T_odom_base, *T_map_base);
+  costmap_.AddSweep(stamp, *T_map_base * T_base_laser, scan);
+}
+
+// They are where the robot was not.
+void Navigator::ForgetMarksAfterAJump(const Rigid2& T_odom_base, const Rigid2& T_map_base) {
+  if (T_map_odom_.has_value()) {
+    const Rigid2 step = (*T_map_odom_ * T_odom_base).Inverse() * T_map_base;
+    if (step.translation.norm() > kJump || std::abs(step.angle) > kJumpAngle) costmap_.ClearMarks();
+  }
+  T_map_odom_ = T_map_base * T_odom_base.Inverse();
 }
 
 void Navigator::SetGoal(const Rigid2& T_map_goal) {
   T_map_goal_ = T_map_goal;
   goal_is_new_ = true;
+  arrived_ = false;
   planned_at_.reset();
   no_plan_.clear();
   recovery_.Reset();
@@ -63,9 +78,7 @@ Surroundings Navigator::SurroundingsAt(const NavigatorInput& input) const {
   return {costmap_, options_, input.T_map_base, std::move(points)};
 }
 
-NavigatorOutput Navigator::Step(const NavigatorInput& input) {
-  if (!T_map_goal_.has_value()) return {};
-  if (!IsFinite(*T_map_goal_)) return Finish(GoalState::kAborted, "the goal is not a finite pose");
+Permission Navigator::CheckVitals(const NavigatorInput& input) {
   Vitals vitals;
   vitals.time = input.time;
   vitals.transform_age = IsFinite(input.T_map_base) && IsFinite(input.T_odom_base)
@@ -74,14 +87,27 @@ NavigatorOutput Navigator::Step(const NavigatorInput& input) {
   vitals.scan_age = swept_at_.has_value() ? input.time - *swept_at_ : std::numeric_limits<double>::infinity();
   vitals.quality = input.quality;
   vitals.new_quality = input.new_quality;
+  vitals.source = input.source;
+  vitals.arrived = arrived_;
   vitals.T_odom_base = input.T_odom_base;
   vitals.commanded = velocity_;
-  const Permission permission = supervisor_.Check(vitals);
+  return supervisor_.Check(vitals);
+}
+
+NavigatorOutput Navigator::Hold(const Permission& permission) {
+  planned_at_.reset();  // plan anew before driving on
+  NavigatorOutput output = Stand(permission.reason);
+  if (permission.look_round) output.velocity.yaw = std::min(kLookRate, options_.max_turn_rate);
+  velocity_ = output.velocity;
+  return output;
+}
+
+NavigatorOutput Navigator::Step(const NavigatorInput& input) {
+  if (!T_map_goal_.has_value()) return {};
+  if (!IsFinite(*T_map_goal_)) return Finish(GoalState::kAborted, "the goal is not a finite pose");
+  const Permission permission = CheckVitals(input);
   if (permission.kind == Permission::Kind::kGiveUp) return Finish(GoalState::kAborted, permission.reason);
-  if (permission.kind == Permission::Kind::kHold) {
-    planned_at_.reset();  // plan anew before driving on
-    return Stand(permission.reason);
-  }
+  if (permission.kind == Permission::Kind::kHold) return Hold(permission);
   NavigatorOutput output = Drive(input);
   stepped_at_ = input.time;
   velocity_ = output.velocity;
@@ -120,7 +146,9 @@ NavigatorOutput Navigator::Drive(const NavigatorInput& input) {
   if (!no_plan_.empty()) return OnBlocked(input, no_plan_);
   const double period = stepped_at_.has_value() ? std::clamp(input.time - *stepped_at_, 0.0, 0.5) : kFirstPeriod;
   const Control control = controller_.Step(input.T_map_base, surroundings, velocity_, period);
-  if (control.state == ControlState::kArrived) return Finish(GoalState::kReached, "");
+  arrived_ = control.state == ControlState::kArrived;
+  if (arrived_ && input.source != PoseSource::kWheels) return Finish(GoalState::kReached, "");
+  if (arrived_) return Stand("");  // what the wheels say is to be confirmed first
   if (control.state == ControlState::kBlocked) return OnBlocked(input, "something is in the way");
   recovery_.Driving(input.T_odom_base);
   output.velocity = control.velocity;

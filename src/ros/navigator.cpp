@@ -6,6 +6,7 @@
 #include <move_base_msgs/MoveBaseAction.h>
 #include <nav_msgs/OccupancyGrid.h>
 #include <nav_msgs/Path.h>
+#include <planar_vslam/State.h>
 #include <ros/ros.h>
 #include <sensor_msgs/LaserScan.h>
 #include <std_srvs/Empty.h>
@@ -48,6 +49,7 @@ class NavigatorNode {
         map_updates_(node.subscribe("map_updates", 10, &NavigatorNode::OnMapUpdate, this)),
         scan_(node.subscribe("scan", 5, &NavigatorNode::OnScan, this)),
         pose_(node.subscribe("pose", 10, &NavigatorNode::OnPose, this)),
+        state_(node.subscribe("state", 10, &NavigatorNode::OnState, this)),
         simple_goal_(node.subscribe("move_base_simple/goal", 1, &NavigatorNode::OnSimpleGoal, this)),
         clear_(private_node_.advertiseService("clear_costmaps", &NavigatorNode::OnClear, this)) {
     server_.registerGoalCallback([this] { OnGoal(); });
@@ -134,6 +136,13 @@ class NavigatorNode {
     new_quality_ = true;
   }
 
+  void OnState(const State& message) {
+    const bool confirmed = message.localised_by == "camera" || message.localised_by == "laser";
+    source_ = confirmed                            ? PoseSource::kConfirmed
+              : message.localised_by == "odometry" ? PoseSource::kWheels
+                                                   : PoseSource::kNothing;
+  }
+
   void OnSimpleGoal(const geometry_msgs::PoseStamped& message) {
     move_base_msgs::MoveBaseActionGoal goal;
     goal.header.stamp = ros::Time::now();
@@ -195,6 +204,7 @@ class NavigatorNode {
     }
     input.quality = quality_;
     input.new_quality = new_quality_;
+    input.source = source_;
     new_quality_ = false;
     const NavigatorOutput output = navigator_.Step(input);
     Command(output);
@@ -254,11 +264,12 @@ class NavigatorNode {
   std::deque<sensor_msgs::LaserScan> scans_;
   std::optional<PoseQuality> quality_;
   bool new_quality_ = false;
+  PoseSource source_ = PoseSource::kUnsaid;
   ros::WallTime accepted_;        // the goal
   std::optional<Ending> ending_;  // of the goal: it is over, its client does not know yet
   std::string said_;
   ros::Publisher cmd_vel_, path_, goal_;
-  ros::Subscriber map_, map_updates_, scan_, pose_, simple_goal_;
+  ros::Subscriber map_, map_updates_, scan_, pose_, state_, simple_goal_;
   ros::ServiceServer clear_;
   ros::Timer timer_;
 };

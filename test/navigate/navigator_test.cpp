@@ -89,6 +89,59 @@ TEST(Navigator, StandsWhileItDoesNotKnowAndGoesOnAfterwards) {
   EXPECT_EQ(plane.DriveTo(goal, 120.0).state, GoalState::kReached);
 }
 
+TEST(Navigator, DrivesByTheWheelsForAWhileThenLooksRound) {
+  const NavigateOptions options;
+  Plane plane(options, TwoRooms(), TwoRooms(), Rigid2(1.0, 1.0, 0.0));
+  plane.source = PoseSource::kConfirmed;
+  const Rigid2 goal(7.0, 4.0, 0.0);
+  plane.DriveTo(goal, 4.0);
+  const Eigen::Vector2d known = plane.T_map_base.translation;
+  plane.source = PoseSource::kWheels;
+  NavigatorOutput output;
+  for (int i = 0; i < 100; ++i) output = plane.Step();
+  EXPECT_EQ(output.state, GoalState::kDriving);
+  EXPECT_NE(output.text.find("nothing but the wheels"), std::string::npos) << output.text;
+  EXPECT_EQ(output.velocity.Speed(), 0.0);
+  EXPECT_GT(output.velocity.yaw, 0.1) << "it looks round";
+  const double driven = (plane.T_map_base.translation - known).norm();
+  EXPECT_LT(driven, options.max_drive_unconfirmed + 0.3);
+  EXPECT_GT(driven, 0.5) << "not at once";
+  plane.source = PoseSource::kConfirmed;
+  EXPECT_EQ(plane.DriveTo(goal, 120.0).state, GoalState::kReached);
+}
+
+TEST(Navigator, ForgetsWhatItMarkedFromAWrongPlace) {
+  Navigator navigator{NavigateOptions()};
+  navigator.costmap().SetMap(Room(8.0, 5.0));
+  PlanarScan scan;
+  scan.range_max = 5.0;
+  scan.ranges = {1.0F};
+  navigator.AddSweep(0.0, scan, Rigid2(), Rigid2(), Rigid2(1.0, 2.0, 0.0));
+  navigator.AddSweep(0.1, scan, Rigid2(), Rigid2(0.0, 0.1, 0.0), Rigid2(1.0, 2.13, 0.0));
+  EXPECT_EQ(navigator.costmap().marks(), 2U);
+  navigator.AddSweep(0.2, scan, Rigid2(), Rigid2(0.0, 0.1, 0.0), Rigid2(4.0, 2.0, 0.0));
+  EXPECT_EQ(navigator.costmap().marks(), 1U);
+}
+
+TEST(Navigator, AGoalCountsOnceThePoseIsConfirmed) {
+  NavigateOptions options;
+  options.hold_limit = 10.0;
+  Plane plane(options, TwoRooms(), TwoRooms(), Rigid2(1.0, 1.0, 0.0));
+  plane.source = PoseSource::kWheels;
+  const Rigid2 goal(1.5, 1.0, 0.0);
+  NavigatorOutput output = plane.DriveTo(goal, 8.0);
+  EXPECT_EQ(output.state, GoalState::kDriving);
+  EXPECT_NE(output.text.find("wheels"), std::string::npos) << output.text;
+  plane.source = PoseSource::kConfirmed;
+  for (int i = 0; i < 100 && output.state == GoalState::kDriving; ++i) output = plane.Step();
+  EXPECT_EQ(output.state, GoalState::kReached);
+  ExpectAt(plane, goal, options);
+  plane.source = PoseSource::kWheels;
+  output = plane.DriveTo(goal, 60.0);
+  EXPECT_EQ(output.state, GoalState::kAborted);
+  EXPECT_NE(output.text.find("wheels"), std::string::npos) << output.text;
+}
+
 TEST(Navigator, GivesUpWhenItStaysLost) {
   NavigateOptions options;
   options.hold_limit = 5.0;

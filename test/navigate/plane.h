@@ -60,6 +60,7 @@ class Plane {
     input.T_map_base = input.T_odom_base = T_map_base;
     input.quality = quality;
     input.new_quality = true;
+    input.source = source;
     const NavigatorOutput output = navigator.Step(input);
     Move(output.velocity);
     time += kPeriod;
@@ -91,6 +92,7 @@ class Plane {
   double least_clearance = 1e9;  // m
   bool laser_works = true, wheels_work = true;
   std::optional<PoseQuality> quality;
+  PoseSource source = PoseSource::kUnsaid;
 
  private:
   bool Occupied(const Eigen::Vector2d& p) const {

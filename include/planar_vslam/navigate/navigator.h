@@ -19,6 +19,7 @@ struct NavigatorInput {
   double transform_age = 0.0;          // s, of the first
   std::optional<PoseQuality> quality;  // as Vitals has it
   bool new_quality = false;
+  PoseSource source = PoseSource::kUnsaid;
 };
 
 struct NavigatorOutput {
@@ -52,8 +53,11 @@ class Navigator {
   NavigatorOutput OnBlocked(const NavigatorInput& input, const std::string& reason);
   NavigatorOutput Finish(GoalState state, std::string text);
   NavigatorOutput Stand(std::string text);
+  NavigatorOutput Hold(const Permission& permission);
+  Permission CheckVitals(const NavigatorInput& input);
   // False where no way is left, whatever the laser sees.
   bool Replan(const NavigatorInput& input, NavigatorOutput* output);
+  void ForgetMarksAfterAJump(const Rigid2& T_odom_base, const Rigid2& T_map_base);
   Surroundings SurroundingsAt(const NavigatorInput& input) const;
 
   NavigateOptions options_;
@@ -61,8 +65,9 @@ class Navigator {
   LocalController controller_;
   Recovery recovery_;
   Supervisor supervisor_;
-  std::optional<Rigid2> T_map_goal_;
+  std::optional<Rigid2> T_map_goal_, T_map_odom_;
   bool goal_is_new_ = false;
+  bool arrived_ = false;                                      // by a pose that may have to be confirmed yet
   std::string no_plan_;                                       // why the last plan failed; empty: it did not
   std::optional<double> planned_at_, swept_at_, stepped_at_;  // s
   std::vector<Eigen::Vector2d> points_odom_;                  // of the last sweep, m

@@ -43,6 +43,7 @@ struct NavigateOptions {
   double max_position_deviation = 0.3;                    // m
   double max_heading_deviation = DegreesToRadians(15.0);  // rad
   double max_drive_without_pose = 1.5;                    // m
+  double max_drive_unconfirmed = 1.0;                     // m
   double max_transform_age = 1.0;                         // s
   double max_scan_age = 0.5;                              // s
   double hold_limit = 60.0;                               // s
@@ -101,6 +102,8 @@ struct NavigateOptions {
       "likewise of the heading");
     v("max_drive_without_pose", o.max_drive_without_pose, unit::kMeters, bound::Positive(),
       "driven without a message on pose until the robot stands");
+    v("max_drive_unconfirmed", o.max_drive_unconfirmed, unit::kMeters, bound::Positive(),
+      "driven by the wheels alone, by what state says, until the robot stands and looks round");
     v("max_transform_age", o.max_transform_age, unit::kSeconds, bound::Positive(), "of map to base");
     v("max_scan_age", o.max_scan_age, unit::kSeconds, bound::Positive(), "of the laser's last sweep");
     v("hold_limit", o.hold_limit, unit::kSeconds, bound::AtLeast(0.0), "standing for such a reason, then it gives up");
