@@ -31,7 +31,8 @@ bool Costmap::SetMap(OccupancyGrid2d map) {
     marked_at_.assign(map_.cells.size(), kNever);
     laser_distance_.assign(map_.cells.size(), static_cast<float>(Reach()));
   }
-  InflateMap();
+  map_distance_.resize(map_.cells.size());
+  InflateMap({0, 0, map_.width, map_.height});
   return true;
 }
 
@@ -43,7 +44,7 @@ bool Costmap::UpdateMap(const GridRegion& region, const std::vector<std::int8_t>
     std::copy_n(cells.begin() + static_cast<std::ptrdiff_t>(y) * region.width, region.width,
                 map_.cells.begin() + static_cast<std::ptrdiff_t>(region.y + y) * map_.width + region.x);
   }
-  InflateMap();
+  InflateMap(region);
   return true;
 }
 
@@ -60,27 +61,38 @@ bool Costmap::IsEdge(int cell, bool unknown) const {
   return false;
 }
 
-void Costmap::InflateMap() {
-  map_distance_.assign(map_.cells.size(), static_cast<float>(Reach()));
+GridRegion Costmap::Grown(const GridRegion& region, int cells) const {
+  const int x0 = std::max(0, region.x - cells), x1 = std::min(map_.width, region.x + region.width + cells);
+  const int y0 = std::max(0, region.y - cells), y1 = std::min(map_.height, region.y + region.height + cells);
+  return {x0, y0, x1 - x0, y1 - y0};
+}
+
+// Cells beside the changed ones may become, or no longer be, edges; what they reach is concerned, too.
+void Costmap::InflateMap(const GridRegion& changed) {
+  const int reach = static_cast<int>(std::ceil(Reach() / map_.resolution));
+  const GridRegion concerned = Grown(changed, reach + 1), sources = Grown(concerned, reach);
   const double unknown_offset = options_.robot_radius - options_.unknown_margin;
-  for (int cell = 0; cell < map_.width * map_.height; ++cell) {
-    const std::int8_t value = map_.cells[Index(cell)];
-    const bool unknown = value < 0 && !options_.allow_unknown;
-    if (!unknown && !IsOccupied(value)) continue;
-    const double offset = unknown ? unknown_offset : 0.0;
-    if (IsEdge(cell, unknown))
-      Stamp(cell, offset, &map_distance_, nullptr);
-    else
+  for (int y = concerned.y; y < concerned.y + concerned.height; ++y) {
+    std::fill_n(map_distance_.begin() + static_cast<std::ptrdiff_t>(y) * map_.width + concerned.x, concerned.width,
+                static_cast<float>(Reach()));
+  }
+  for (int y = sources.y; y < sources.y + sources.height; ++y) {
+    for (int x = sources.x; x < sources.x + sources.width; ++x) {
+      const int cell = y * map_.width + x;
+      const bool unknown = map_.cells[Index(cell)] < 0 && !options_.allow_unknown;
+      if (!unknown && !IsOccupied(map_.cells[Index(cell)])) continue;
+      if (IsEdge(cell, unknown)) Stamp(cell, unknown ? unknown_offset : 0.0, concerned, &map_distance_, nullptr);
       map_distance_[Index(cell)] = std::min(map_distance_[Index(cell)], 0.0F);
-    if (unknown) map_distance_[Index(cell)] = std::min(map_distance_[Index(cell)], 0.0F);
+    }
   }
 }
 
-void Costmap::Stamp(int cell, double offset, std::vector<float>* distances, std::vector<int>* touched) const {
+void Costmap::Stamp(int cell, double offset, const GridRegion& within, std::vector<float>* distances,
+                    std::vector<int>* touched) const {
   const int reach = static_cast<int>(std::ceil(Reach() / map_.resolution));
   const int x = cell % map_.width, y = cell / map_.width;
-  const int x0 = std::max(0, x - reach), x1 = std::min(map_.width - 1, x + reach);
-  const int y0 = std::max(0, y - reach), y1 = std::min(map_.height - 1, y + reach);
+  const int x0 = std::max(within.x, x - reach), x1 = std::min(within.x + within.width - 1, x + reach);
+  const int y0 = std::max(within.y, y - reach), y1 = std::min(within.y + within.height - 1, y + reach);
   for (int v = y0; v <= y1; ++v) {
     for (int u = x0; u <= x1; ++u) {
       const double distance = std::sqrt((u - x) * (u - x) + (v - y) * (v - y)) * map_.resolution + offset;
@@ -147,7 +159,8 @@ void Costmap::AddSweep(double time, const Rigid2& T_map_laser, const PlanarScan&
 void Costmap::InflateMarks() {
   for (const int cell : touched_) laser_distance_[Index(cell)] = static_cast<float>(Reach());
   touched_.clear();
-  for (const Mark& mark : marks_) Stamp(mark.cell, 0.0, &laser_distance_, &touched_);
+  const GridRegion everywhere{0, 0, map_.width, map_.height};
+  for (const Mark& mark : marks_) Stamp(mark.cell, 0.0, everywhere, &laser_distance_, &touched_);
 }
 
 void Costmap::ClearMarks() {

@@ -1,8 +1,10 @@
 // Costmap and planner on small grids.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
+#include <random>
 
 #include "plane.h"
 
@@ -73,6 +75,32 @@ TEST(Costmap, RefusesMapsAndPartsThatDoNotFit) {
   EXPECT_FALSE(costmap.UpdateMap({-1, 20, 1, 1}, {0}));
   EXPECT_FALSE(costmap.UpdateMap({1, 1, 2, 2}, {0}));
   EXPECT_FALSE(costmap.UpdateMap({1, 1, std::numeric_limits<int>::max(), 1}, {0}));
+}
+
+TEST(Costmap, AnUpdatedPartIsAsTheWholeMapMadeAnew) {
+  constexpr std::array<std::int8_t, 4> kKinds = {0, 0, -1, 100};
+  std::mt19937_64 generator(3);
+  const auto draw = [&](int from, int to) { return std::uniform_int_distribution<int>(from, to)(generator); };
+  for (const double unknown_margin : {0.1, 0.3, 0.6}) {
+    NavigateOptions options;
+    options.unknown_margin = unknown_margin;
+    OccupancyGrid2d grid = Room(5.0, 3.0);
+    Costmap updated{options};
+    ASSERT_TRUE(updated.SetMap(grid));
+    for (int round = 0; round < 40; ++round) {
+      GridRegion part;
+      part.x = draw(0, grid.width - 1), part.y = draw(0, grid.height - 1);
+      part.width = draw(1, std::min(12, grid.width - part.x));
+      part.height = draw(1, std::min(12, grid.height - part.y));
+      std::vector<std::int8_t> cells;
+      for (int i = 0; i < part.width * part.height; ++i) cells.push_back(kKinds[static_cast<std::size_t>(draw(0, 3))]);
+      ASSERT_TRUE(updated.UpdateMap(part, cells));
+      Costmap anew{options};
+      ASSERT_TRUE(anew.SetMap(updated.map()));
+      for (int cell = 0; cell < grid.width * grid.height; ++cell)
+        ASSERT_EQ(updated.ClearanceOfCell(cell, Layers::kMapOnly), anew.ClearanceOfCell(cell, Layers::kMapOnly));
+    }
+  }
 }
 
 TEST(GlobalPlanner, GoesThroughADoorInTheMiddle) {

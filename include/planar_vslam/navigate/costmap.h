@@ -52,10 +52,13 @@ class Costmap {
     double time;  // s
   };
   double Reach() const { return options_.inflation_radius + map_.resolution; }
-  void InflateMap();
+  GridRegion Grown(const GridRegion& region, int cells) const;
+  void InflateMap(const GridRegion& changed);
   void InflateMarks();
-  // Lowers `distances` around a cell to the distance from its centre plus `offset`.
-  void Stamp(int cell, double offset, std::vector<float>* distances, std::vector<int>* touched) const;
+  // Lowers `distances` around a cell, as far as they are within a region, to the distance from its centre plus
+  // `offset`.
+  void Stamp(int cell, double offset, const GridRegion& within, std::vector<float>* distances,
+             std::vector<int>* touched) const;
   bool IsEdge(int cell, bool unknown) const;
   bool IsExplained(int cell) const;
   void ClearBeam(const Eigen::Vector2d& from, const Eigen::Vector2d& to);
