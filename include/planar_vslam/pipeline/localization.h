@@ -13,7 +13,7 @@
 #include "planar_vslam/pipeline/map_change.h"
 #include "planar_vslam/pipeline/mapping.h"
 #include "planar_vslam/pipeline/options.h"
-#include "planar_vslam/pipeline/saved_place.h"
+#include "planar_vslam/pipeline/relocalizer.h"
 #include "planar_vslam/pipeline/synchronizer.h"
 #include "planar_vslam/pipeline/trajectory_recorder.h"
 
@@ -29,7 +29,7 @@ class Localization {
   // The next frame is at `T_map_base`, with this covariance (right tangent [translation, rotation]). There is a map.
   void StartAt(const Rigid3& T_map_base, const Matrix6d& covariance);
   // The map stays as it is from now on: its sweeps tell poses.
-  void UseSweeps();
+  void UseSweeps() { relocalizer_.UseSweeps(*known_.map); }
   // Adopts a changed map.
   void Follow(const MapChange& change);
 
@@ -39,23 +39,22 @@ class Localization {
   TrackedFrame Locate(const FramePacket& packet, KeyframeSlot slot, FrameReport* report,
                       std::shared_ptr<const Map>* new_map);
 
-  const std::shared_ptr<const Map>& map() const { return map_; }
+  const std::shared_ptr<const Map>& map() const { return known_.map; }
   const TrajectoryRecorder& trajectory() const { return trajectory_; }
 
  private:
   std::shared_ptr<const Map> Initialize(const FramePacket& packet, TrackedFrame* frame, FrameReport* report);
   void Track(const FramePacket& packet, KeyframeSlot slot, TrackedFrame* frame, FrameReport* report);
   void Record(const FramePacket& packet, bool was_localized, TrackedFrame* frame);
-  // While the place is unknown, or long unconfirmed: what this packet says of it. Whether it became clear, and frames
-  // go on from there.
+  // Where the place is unknown: whether it has become clear. Frames go on from there.
   bool FindPlace(const FramePacket& packet, const TrackedFrame& frame, bool map_grows);
+  // Frames go on from there.
+  void GoOnFrom(const Rigid3& T_map_base, const Matrix6d& covariance);
   // The view of a frame that was not found goes to what is known of its place; one that was found there is held against
   // it, and refused where the laser sees another place.
   void WeighView(const FramePacket& packet, bool was_localized, TrackedFrame* frame);
-  // Where odometry leads from the frame before.
-  PlanarFix Predicted(const PlanarMotion& step) const;
-  // What the laser says of the pose, in a map that stays as it is. `step`: since the frame before.
-  std::optional<PlanarFix> FixByLaser(const FramePacket& packet, const PlanarMotion& step);
+  // Of the last frame with a pose, on the floor.
+  PlanarFix LastFix() const;
   // Whether the pose is off what odometry leads to by more than a controller may see without being told.
   bool Jumps(const TrackResult& track, const PlanarMotion& step, Timestamp stamp) const;
   CameraView ViewOf(const FramePacket& packet, const TrackedFrame& frame) const;
@@ -65,14 +64,13 @@ class Localization {
   OrbExtractor extractor_;
   Initializer initializer_;
   Tracker tracker_;
-  std::shared_ptr<const Map> map_;
-  std::optional<KeyframeAccuracy> accuracy_;
+  struct {
+    std::shared_ptr<const Map> map;
+    std::optional<KeyframeAccuracy> accuracy;
+  } known_;
   TrajectoryRecorder trajectory_;
   EarlyFrames early_frames_;
-  MapLaser map_laser_;                 // of the map that was started in
-  std::optional<PlaceFinder> finder_;  // while the place is unknown
-  std::optional<Timestamp> fixed_;     // frame of which the laser told the whole pose, the last one
-  int unconfirmed_ = 0;                // frames in a row whose pose neither camera nor laser told
+  Relocalizer relocalizer_;
   struct {
     Rigid3 T_map_base;
     Timestamp stamp;

@@ -1,0 +1,88 @@
+#include "planar_vslam/pipeline/relocalizer.h"
+
+#include <Eigen/Cholesky>
+
+namespace planar_vslam {
+namespace {
+
+constexpr int kPatience = 20;  // frames during which the robot is taken to be about where odometry says
+
+// What odometry predicts, corrected by what was measured: a Kalman update. Where odometry is farther off than it says,
+// what it missed is part of its covariance first.
+PlanarFix Merged(const PlanarFix& predicted, const PlanarFix& measured) {
+  constexpr double kChi2ThreeDof999 = 16.266;  // chi-square, 3 dof, 99.9 %
+  const Eigen::Vector3d off = LogSe2(predicted.T_map_base.Inverse() * measured.T_map_base);
+  Eigen::Matrix3d P = predicted.covariance;
+  const Eigen::Matrix3d innovation = P + measured.covariance;
+  if (off.dot(innovation.ldlt().solve(off)) > kChi2ThreeDof999) P += off * off.transpose();
+  const Eigen::Matrix3d total = P + measured.covariance;
+  const Eigen::Matrix3d gain = total.ldlt().solve(P).transpose();
+  const Eigen::Matrix3d reduced = P - gain * P;
+  return {predicted.T_map_base * ExpSe2(gain * off), 0.5 * (reduced + reduced.transpose())};
+}
+
+}  // namespace
+
+PlanarFix Moved(const PlanarFix& from, const PlanarMotion& step) {
+  const Eigen::Matrix3d adjoint = AdjointSe2(step.T_i_j.Inverse());
+  return {from.T_map_base * step.T_i_j, adjoint * from.covariance * adjoint.transpose() + step.covariance};
+}
+
+void Relocalizer::UseSweeps(const Map& map) {
+  map_laser_ = options_.laser == LaserLocalize::kAuto ? LaserOf(map, options_.scan_match) : MapLaser{};
+}
+
+void Relocalizer::OnGivenPose() {
+  finder_.reset();
+  unconfirmed_ = 0;
+}
+
+std::optional<PlanarFix> Relocalizer::Find(const PlaceQuery& query) {
+  const bool localized = query.last.has_value();
+  const bool lost = unconfirmed_ >= kPatience && !query.map_grows;
+  if (!query.step.has_value() || !query.map.metric || (localized && !lost)) {
+    finder_.reset();
+    return std::nullopt;
+  }
+  if (!finder_.has_value()) {
+    std::optional<Rigid2> expected;
+    if (localized) expected = query.last->T_map_base;
+    finder_.emplace(map_laser_.field, expected);
+  }
+  finder_->Add(query.packet, query.step->T_i_j);
+  std::optional<PlanarFix> found = finder_->Found();
+  if (!found.has_value()) return std::nullopt;
+  if (finder_->ByLaser()) {
+    OnGivenPose();
+    return found;
+  }
+  // Until the camera follows from there, the images of the last metres go on to tell.
+  unconfirmed_ = kPatience;
+  return localized ? Merged(Moved(*query.last, *query.step), *found) : found;
+}
+
+bool Relocalizer::ViewMayJump() const { return !finder_.has_value() || finder_->ByLaser() || !options_.has_floor; }
+
+std::optional<PlanarFix> Relocalizer::FixByLaser(const FramePacket& packet, const PlanarFix& predicted) const {
+  return LaserTracker(map_laser_).Fix(packet, predicted.T_map_base, predicted.covariance);
+}
+
+void Relocalizer::AddView(const CameraView& view, const Map& map, const std::vector<Placement>& seen) {
+  if (finder_.has_value() && (finder_->ByLaser() || options_.has_floor)) finder_->AddView(view, map, seen);
+}
+
+bool Relocalizer::Contradicts(const Rigid3& T_map_base) const {
+  return finder_.has_value() && finder_->Contradicts(T_map_base);
+}
+
+void Relocalizer::Note(Timestamp stamp, bool by_camera, bool by_laser) {
+  if (by_laser) fixed_ = stamp;
+  unconfirmed_ = by_camera || IsFixed(stamp) ? 0 : unconfirmed_ + 1;
+}
+
+bool Relocalizer::IsFixed(Timestamp stamp) const {
+  constexpr double kBetweenSweeps = 0.3;  // s: a laser turns more slowly than images come
+  return fixed_.has_value() && SecondsBetween(*fixed_, stamp) < kBetweenSweeps;
+}
+
+}  // namespace planar_vslam
