@@ -6,11 +6,6 @@
 namespace planar_vslam {
 namespace {
 
-PreparedScan OwnSweep(const Keyframe& keyframe, const ScanMatchOptions& options) {
-  const LaserSweep& sweep = keyframe.sweeps.front();
-  return PrepareScan(*sweep.scan, Embed3(sweep.T_keyframe_base) * sweep.T_base_laser, options);
-}
-
 // The latest earlier keyframe with a sweep, and the oldest one near enough to have seen the same surfaces: it keeps
 // errors from adding up, and closes small loops.
 std::vector<KeyframeId> LaserReferences(const Map& map, KeyframeId newest) {
@@ -49,6 +44,25 @@ MotionLink ToLink(KeyframeId from, const ScanMatch& match, double seconds) {
 }
 
 }  // namespace
+
+PreparedScan OwnSweep(const Keyframe& keyframe, const ScanMatchOptions& options) {
+  const LaserSweep& sweep = keyframe.sweeps.front();
+  return PrepareScan(*sweep.scan, Embed3(sweep.T_keyframe_base) * sweep.T_base_laser, options);
+}
+
+std::optional<KeyframeId> NearestWithSweep(const Map& map, const Rigid3& T_map_base, double distance, double angle) {
+  const Rigid2 T_base_map = ProjectToPlane(T_map_base).Inverse();
+  std::optional<KeyframeId> nearest;
+  double least = distance;
+  for (const KeyframeId id : map.bases.Around(T_map_base.translation, distance)) {
+    const Keyframe& keyframe = map.keyframes.At(id);
+    const Rigid2 off = T_base_map * ProjectToPlane(keyframe.T_map_base);
+    if (keyframe.sweeps.empty() || off.translation.norm() >= least || std::abs(off.angle) > angle) continue;
+    nearest = id;
+    least = off.translation.norm();
+  }
+  return nearest;
+}
 
 MapEdit LinkByLaser(const Map& map, KeyframeId newest, const ScanMatchOptions& options) {
   const Keyframe& current = map.keyframes.At(newest);

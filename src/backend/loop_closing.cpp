@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "stages.h"
+
 namespace planar_vslam {
 namespace {
 
@@ -16,22 +18,6 @@ std::vector<LoopTie> LoopTies(const Map& map, const Loop& loop) {
                     Eigen::Vector3d(kPosition, kPosition, kAngle).cwiseAbs2().asDiagonal()});
   }
   return ties;
-}
-
-// Poses, and landmarks with the keyframes they were made by.
-MapEdit Move(const Map& map, const std::vector<std::pair<KeyframeId, Rigid3>>& poses) {
-  MapEdit edit;
-  std::vector<Rigid3> T_new_old(map.next_keyframe_id);
-  for (const auto& [id, T_map_base] : poses) {
-    T_new_old[id.value] = T_map_base * map.keyframes.At(id).T_map_base.Inverse();
-    edit.emplace_back(SetKeyframePose{id, T_map_base});
-  }
-  for (const auto& [id, landmark] : map.landmarks) {
-    const KeyframeId anchor =
-        map.keyframes.Contains(landmark.created_by) ? landmark.created_by : landmark.observations.front().keyframe;
-    edit.emplace_back(SetLandmarkPosition{id, T_new_old[anchor.value] * landmark.p_map});
-  }
-  return edit;
 }
 
 // Steps of the wheels that turned out to be no motion of the robot.
@@ -51,35 +37,49 @@ MapEdit DropContradicted(const Map& map, const std::vector<MapTie>& ties) {
   return edit;
 }
 
-// What a view matched is one landmark with what its keypoint showed before.
-MapEdit Join(const Map& map, const LoopView& view) {
+}  // namespace
+
+MapEdit MoveKeyframes(const Map& map, const std::vector<std::pair<KeyframeId, Rigid3>>& poses) {
   MapEdit edit;
-  const Keyframe& keyframe = map.keyframes.At(view.keyframe);
-  for (std::size_t i = 0; i < view.matches.landmarks.size(); ++i) {
-    const LandmarkId old = view.matches.landmarks[i], present = keyframe.landmarks[i];
+  std::vector<Rigid3> T_new_old(map.next_keyframe_id);
+  for (const auto& [id, T_map_base] : poses) {
+    T_new_old[id.value] = T_map_base * map.keyframes.At(id).T_map_base.Inverse();
+    edit.emplace_back(SetKeyframePose{id, T_map_base});
+  }
+  for (const auto& [id, landmark] : map.landmarks) {
+    const KeyframeId anchor =
+        map.keyframes.Contains(landmark.created_by) ? landmark.created_by : landmark.observations.front().keyframe;
+    edit.emplace_back(SetLandmarkPosition{id, T_new_old[anchor.value] * landmark.p_map});
+  }
+  return edit;
+}
+
+MapEdit JoinLandmarks(const Map& map, KeyframeId id, const FrameMatches& matches) {
+  MapEdit edit;
+  const Keyframe& keyframe = map.keyframes.At(id);
+  for (std::size_t i = 0; i < matches.landmarks.size(); ++i) {
+    const LandmarkId old = matches.landmarks[i], present = keyframe.landmarks[i];
     if (!old.valid() || present == old) continue;
     if (present.valid()) {
       edit.emplace_back(MergeLandmarks{present, old});
     } else {
-      edit.emplace_back(AddObservation{old, {view.keyframe, static_cast<std::uint32_t>(i)}});
+      edit.emplace_back(AddObservation{old, {id, static_cast<std::uint32_t>(i)}});
     }
   }
   return edit;
 }
 
-}  // namespace
-
 Expected<BentMap> CloseLoop(Map map, const Loop& loop, const std::vector<MapTie>& ties) {
   const auto poses = SolvePoseGraph(map, ties, LoopTies(map, loop));
   if (!poses.ok()) return poses.error();
-  const MapEdit moved = Move(map, *poses);
+  const MapEdit moved = MoveKeyframes(map, *poses);
   BentMap bent{Apply(std::move(map), moved), {}};
   const auto take = [&bent](const MapEdit& edit) {
     bent.map = Apply(std::move(bent.map), edit);
     bent.structure.insert(bent.structure.end(), edit.begin(), edit.end());
   };
   take(DropContradicted(bent.map, ties));
-  for (const LoopView& view : loop.views) take(Join(bent.map, view));
+  for (const LoopView& view : loop.views) take(JoinLandmarks(bent.map, view.keyframe, view.matches));
   return bent;
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 // The stages of MapKeyframe, each a function of the map that returns the edit it asks for.
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "planar_vslam/backend/map_keyframe.h"
@@ -13,6 +15,10 @@ std::vector<KeyframeId> Neighbors(const Map& map, KeyframeId id, int covisible, 
 std::vector<KeyframeId> WithNearby(const Map& map, KeyframeId id, std::vector<KeyframeId> neighbors,
                                    const MapperOptions& options);
 
+// The keyframe's own laser sweep, the first it holds, in its base. It has one.
+PreparedScan OwnSweep(const Keyframe& keyframe, const ScanMatchOptions& options);
+// The keyframe with a sweep nearest to a base, within so many metres and radians.
+std::optional<KeyframeId> NearestWithSweep(const Map& map, const Rigid3& T_map_base, double distance, double angle);
 // Matches the newest keyframe's own laser sweep, the first it holds, against those of the keyframe before it and of the
 // oldest one that stood nearby.
 MapEdit LinkByLaser(const Map& map, KeyframeId newest, const ScanMatchOptions& options);
@@ -25,6 +31,10 @@ MapEdit FuseInto(const Map& map, const std::vector<LandmarkId>& landmarks, Keyfr
                  const MapperContext& context);
 // Both ways between the keyframe and those around it. Returns what it did to the map, in order.
 MapEdit FuseWithNeighbors(Map* map, KeyframeId id, const MapperContext& context);
+// Keyframes to new poses T_map_base, all of them, and landmarks with the keyframes they were made by.
+MapEdit MoveKeyframes(const Map& map, const std::vector<std::pair<KeyframeId, Rigid3>>& poses);
+// What a keyframe's keypoints were matched with is one landmark with what they showed before.
+MapEdit JoinLandmarks(const Map& map, KeyframeId id, const FrameMatches& matches);
 BundleRequest LocalRequest(const Map& map, KeyframeId newest, const MapperOptions& options);
 MapEdit CullKeyframes(const Map& map, KeyframeId newest, const MapperOptions& options,
                       std::vector<CulledKeyframe>* culled);

@@ -24,6 +24,8 @@ void AddGrid(CLI::App& app, int* exit_code);
 void AddGridScore(CLI::App& app, int* exit_code);
 void AddSimulate(CLI::App& app, int* exit_code);
 void AddMap(CLI::App& app, int* exit_code);
+// Of `map`.
+void AddMapMerge(CLI::App& map, int* exit_code);
 
 // "planar_vslam: message" as one line on stderr; returns `exit_code`.
 int Fail(int exit_code, const std::string& message);

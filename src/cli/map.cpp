@@ -282,11 +282,12 @@ void AddExport(CLI::App& map, int* exit_code) {
 }  // namespace
 
 void AddMap(CLI::App& app, int* exit_code) {
-  CLI::App* map = app.add_subcommand("map", "Look into, check and export saved maps");
+  CLI::App* map = app.add_subcommand("map", "Look into, check, export and merge saved maps");
   map->require_subcommand(1);
   AddInfo(*map, exit_code);
   AddCheck(*map, exit_code);
   AddExport(*map, exit_code);
+  AddMapMerge(*map, exit_code);
 }
 
 }  // namespace planar_vslam

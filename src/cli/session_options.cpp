@@ -35,8 +35,8 @@ void ProgressBar::operator()(long done, long total) {
   const double left = share > 0.0 ? elapsed * (1.0 - share) / share : 0.0;
   constexpr int kWidth = 30;
   const auto filled = static_cast<std::size_t>(share * kWidth);
-  std::fprintf(stderr, "\r[%s%s] %3.0f %%  %ld/%ld images  %.0f s left   ", std::string(filled, '#').c_str(),
-               std::string(kWidth - filled, '.').c_str(), 100.0 * share, done, total, left);
+  std::fprintf(stderr, "\r[%s%s] %3.0f %%  %ld/%ld %s  %.0f s left   ", std::string(filled, '#').c_str(),
+               std::string(kWidth - filled, '.').c_str(), 100.0 * share, done, total, what_.c_str(), left);
   if (done >= total) std::fprintf(stderr, "\n");
 }
 

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "planar_vslam/io/run_session.h"
@@ -17,12 +18,14 @@ Expected<PipelineOptions> ReadOptions(const std::filesystem::path& config, const
 // `odometry`: another odometry file of a dataset folder; empty for its own.
 RecordingOptions ToRecordingOptions(const PipelineOptions& options, const std::filesystem::path& odometry);
 
-// One line on stderr, rewritten in place: share done, frames, time left.
+// One line on stderr, rewritten in place: share done, how many of what, time left.
 class ProgressBar {
  public:
+  explicit ProgressBar(std::string what = "images") : what_(std::move(what)) {}
   void operator()(long done, long total);
 
  private:
+  std::string what_;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now(), last_;
 };
 

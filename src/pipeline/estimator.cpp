@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "planar_vslam/geometry/tangent_parts.h"
+#include "planar_vslam/pipeline/mapper_context.h"
 
 namespace planar_vslam {
 namespace {
@@ -22,18 +23,6 @@ PipelineOptions UsableOptions(PipelineOptions options, bool with_odometry) {
 EstimatorSettings UsableSettings(EstimatorSettings settings) {
   settings.options = UsableOptions(std::move(settings.options), settings.with_odometry);
   return settings;
-}
-
-MeasurementModel MakeMeasurementModel(const EstimatorSettings& settings) {
-  const PipelineOptions& options = settings.options;
-  MeasurementModel model{settings.camera, options.odometry_noise, options.planar,
-                         options.bundle,  options.pixel_sigma,    options.scan_match.floor};
-  if (!settings.has_base) model.planar.mode = PlanarMode::kOff;  // nothing is known about a floor
-  return model;
-}
-
-MapJobsContext MakeJobsContext(const PipelineOptions& options, const MeasurementModel& model) {
-  return {{model, options.mapper, options.scan_match, options.systematic, options.loop}, options.scale};
 }
 
 // m from the nearest keyframe; infinite where there is none.
@@ -67,7 +56,7 @@ Estimator::Input::Input(const EstimatorSettings& settings)
 
 Estimator::Estimator(const EstimatorSettings& settings)
     : settings_(UsableSettings(settings)),
-      model_(MakeMeasurementModel(settings_)),
+      model_(MeasurementModelOf(settings_.options, settings_.camera, settings_.has_base)),
       mode_(settings.options.mode),
       map_camera_(settings.camera) {
   Restart();
@@ -223,8 +212,8 @@ void Estimator::StartSession(std::shared_ptr<const Map> map) {
 }
 
 void Estimator::StartMapping(std::shared_ptr<const Map> map, bool may_link) {
-  session_->mapping.emplace(MakeJobsContext(settings_.options, model_), std::move(map), settings_.schedule, may_link,
-                            session_->report.wheels);
+  const MapJobsContext context{MapperContextOf(settings_.options, model_), settings_.options.scale};
+  session_->mapping.emplace(context, std::move(map), settings_.schedule, may_link, session_->report.wheels);
 }
 
 void Estimator::Restart() {
@@ -234,11 +223,7 @@ void Estimator::Restart() {
 
 // Old and new keyframes of a map that grows are adjusted with one camera.
 Expected<bool> Estimator::MayGrow(const CameraModel& camera) const {
-  constexpr double kSameCamera = 0.5;  // px
-  const CameraModel& own = settings_.camera;
-  const double difference = std::max({std::abs(camera.fx - own.fx), std::abs(camera.fy - own.fy),
-                                      std::abs(camera.cx - own.cx), std::abs(camera.cy - own.cy)});
-  if (camera.width == own.width && camera.height == own.height && difference <= kSameCamera) return true;
+  if (IsSameCamera(camera, settings_.camera)) return true;
   return Error{"made with another camera; expected this one's, or mode localization"};
 }
 

@@ -191,6 +191,20 @@ TEST_F(MapCommand, EitherNameOfTheGridWritesBothFiles) {
   EXPECT_EQ(Bytes(At("b.ot")).rfind("# Octomap OcTree file", 0), 0U);
 }
 
+TEST_F(MapCommand, MergeSaysInOneLineWhyItRefuses) {
+  CameraModel other = TestCamera();
+  other.fx += 5.0;
+  ASSERT_TRUE(SaveMapFile(WallMap(true), other, At("other.pvm")).ok());
+  const std::string one = map_.string(), out = " -o " + At("merged.pvm"), octaves = " --quiet --set orb.level_count=2";
+  ExpectFailure("map merge " + one, 2, "second");
+  ExpectFailure("map merge " + one + " " + At("absent.pvm") + out + octaves, 2, "absent.pvm");
+  ExpectFailure("map merge " + one + " " + one + out, 2, "orb.level_count");
+  ExpectFailure("map merge " + one + " " + unscaled_.string() + out + octaves, 2, "scale unknown");
+  ExpectFailure("map merge " + one + " " + At("other.pvm") + out + octaves, 2, "another camera");
+  ExpectFailure("map merge " + one + " " + one + out + octaves, 1, "0 places");  // too few landmarks in a view
+  EXPECT_FALSE(fs::exists(At("merged.pvm")));
+}
+
 TEST_F(MapCommand, BadArgumentsAreNamed) {
   const std::string map = map_.string();
   ExpectFailure("map", 2, "subcommand");
