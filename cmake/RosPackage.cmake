@@ -20,5 +20,5 @@ catkin_package(
   CFG_EXTRAS planar_vslam-extras.cmake)
 
 set(pv_config_dir ${CATKIN_DEVEL_PREFIX}/share/planar_vslam/cmake)
-set(pv_bag_files pv::rosbag)
+set(pv_bag_files pv::rosbag pv::sqlite pv::lz4 pv::zstd)
 set(PLANAR_VSLAM_TESTS ${CATKIN_ENABLE_TESTING})

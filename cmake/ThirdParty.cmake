@@ -59,4 +59,6 @@ pv_third_party_files(pcl INCLUDES ${PCL_INCLUDE_DIRS} LIBRARIES pcl_common pcl_f
 if(PLANAR_VSLAM_ROS)  # bags and messages, without a running ROS
   pv_third_party_files(rosbag INCLUDES ${catkin_INCLUDE_DIRS} LIBRARIES rosbag_storage roscpp_serialization rostime
     cpp_common class_loader console_bridge)
+  pv_third_party_files(sqlite LIBRARIES sqlite3)
+  pv_third_party_files(lz4 LIBRARIES lz4)
 endif()

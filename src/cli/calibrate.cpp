@@ -118,8 +118,9 @@ void AddCalibrate(CLI::App& app, int* exit_code) {
   CLI::App* command = app.add_subcommand(
       "calibrate", "Find odometry's scale, the camera's mount and the clocks' offset from a recorded drive");
   command
-      ->add_option("input", arguments->inputs,
-                   "rosbag (v2), or several of one drive; or a dataset folder: a drive with turns both ways")
+      ->add_option(
+          "input", arguments->inputs,
+          "bag (rosbag v2, .mcap, .db3), or several of one drive; or a dataset folder: a drive with turns both ways")
       ->required();
   command->add_option("--out", arguments->out, "YAML file that `run --config` reads")->required();
   command->add_option("--config", arguments->config, "YAML configuration to start from");

@@ -46,7 +46,9 @@ void AddDoctor(CLI::App& app, int* exit_code) {
   auto arguments = std::make_shared<DoctorArguments>();
   CLI::App* command = app.add_subcommand(
       "doctor", "What is in a recording and what is wrong with it, before mapping: exit 0 ok, 1 look, 2 broken");
-  command->add_option("input", arguments->inputs, "rosbag (v2), or several of one drive; or a dataset folder")
+  command
+      ->add_option("input", arguments->inputs,
+                   "bag (rosbag v2, .mcap, .db3), or several of one drive; or a dataset folder")
       ->required();
   command->add_option("--config", arguments->config, "YAML configuration");
   command->add_option("--set", arguments->assignments, "Override one configuration value: key=value")

@@ -149,11 +149,11 @@ int Run(const RunArguments& arguments) {
 
 void AddRun(CLI::App& app, int* exit_code) {
   auto arguments = std::make_shared<RunArguments>();
-  CLI::App* command =
-      app.add_subcommand("run", "Process a rosbag or a dataset folder into trajectory, map and costmap");
+  CLI::App* command = app.add_subcommand("run", "Process a bag or a dataset folder into trajectory, map and costmap");
   command
       ->add_option("input", arguments->inputs,
-                   "rosbag (v2), or several of one drive; or a folder in the shared, TUM-RGBD or KITTI layout")
+                   "bag (rosbag v2, .mcap, .db3), or several of one drive; or a folder of ROS 2's recorder, or in the "
+                   "shared, TUM-RGBD or KITTI layout")
       ->required();
   command->add_option("--out", arguments->out, "Folder for the results")->required();
   command->add_option("--mode", arguments->mode, "mapping, or localization in the map of --map, which stays as it is");

@@ -150,8 +150,8 @@ int Simulate(const SimulateArguments& arguments) {
 
 void AddSimulate(CLI::App& app, int* exit_code) {
   auto arguments = std::make_shared<SimulateArguments>();
-  CLI::App* command = app.add_subcommand(
-      "simulate", "Render a robot's drive through a simulated world into a dataset folder or a rosbag");
+  CLI::App* command =
+      app.add_subcommand("simulate", "Render a robot's drive through a simulated world into a dataset folder or a bag");
   command
       ->add_option("world", arguments->world,
                    "World file (YAML), the name of a shipped world, like sample_lab, or random: one drawn by the seed")
@@ -160,7 +160,9 @@ void AddSimulate(CLI::App& app, int* exit_code) {
                       fmt::format("Of a random world: {}; without: the seed's own", fmt::join(WorldKindNames(), ", ")));
   CLI::Option_group* outputs = command->add_option_group("Outputs", "At least one of them");
   outputs->add_option("--out", arguments->out, "Folder for the recording and the ground truth; its files are replaced");
-  outputs->add_option("--bag", arguments->bag, "rosbag for the recording; the ground truth stays out of it");
+  outputs->add_option(
+      "--bag", arguments->bag,
+      "Bag for the recording: .mcap or .db3 as ROS 2's, else a rosbag (v2); the ground truth stays out of it");
   outputs->add_option("--world-yaml", arguments->world_yaml, "World file of what is simulated, variants included");
   outputs->add_option("--check", arguments->check,
                       "Seeds FIRST-LAST: instead, whether each makes a world with a free drive; renders nothing");

@@ -1,18 +1,15 @@
 #include "bag_check.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/mman.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstdint>
-#include <cstring>
 #include <map>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "bag_bytes.h"
 
 namespace planar_vslam::io {
 namespace {
@@ -21,54 +18,6 @@ constexpr std::string_view kMagic = "#ROSBAG V2.0\n";
 
 // Kinds of records, as the field "op" says.
 constexpr char kMessage = 0x02, kBagHeader = 0x03, kIndex = 0x04, kChunk = 0x05;
-
-// What is wrong, on its way up to CheckBag, which puts the file name in front.
-struct BadBag {
-  std::string message;
-};
-
-class MappedFile {
- public:
-  explicit MappedFile(const std::filesystem::path& path) {
-    const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
-    struct stat status {};
-    if (file >= 0 && fstat(file, &status) == 0 && status.st_size > 0) {
-      size_ = static_cast<std::size_t>(status.st_size);
-      memory_ = mmap(nullptr, size_, PROT_READ, MAP_PRIVATE, file, 0);
-    }
-    if (file >= 0) close(file);
-  }
-  ~MappedFile() {
-    if (memory_ != MAP_FAILED) munmap(memory_, size_);
-  }
-  MappedFile(const MappedFile&) = delete;
-  MappedFile& operator=(const MappedFile&) = delete;
-  std::string_view bytes() const {
-    return memory_ == MAP_FAILED ? std::string_view() : std::string_view(static_cast<const char*>(memory_), size_);
-  }
-
- private:
-  void* memory_ = MAP_FAILED;
-  std::size_t size_ = 0;
-};
-
-template <class Integer>
-Integer ReadInteger(std::string_view bytes) {
-  if (bytes.size() < sizeof(Integer)) throw BadBag{"a number is cut off"};
-  Integer value;
-  std::memcpy(&value, bytes.data(), sizeof(Integer));
-  return value;
-}
-
-// The bytes behind a 4-byte length; `rest` moves behind them.
-std::string_view TakeBlock(std::string_view* rest) {
-  const auto length = ReadInteger<std::uint32_t>(*rest);
-  rest->remove_prefix(sizeof(length));
-  if (length > rest->size()) throw BadBag{fmt::format("a block of {} bytes has only {} left", length, rest->size())};
-  const std::string_view block = rest->substr(0, length);
-  rest->remove_prefix(length);
-  return block;
-}
 
 struct Record {
   std::map<std::string_view, std::string_view> fields;
@@ -79,7 +28,7 @@ struct Record {
     if (found == fields.end()) throw BadBag{fmt::format("a record has no field '{}'", name)};
     return found->second;
   }
-  char kind() const { return ReadInteger<char>(Field("op")); }
+  char kind() const { return ReadNumber<char>(Field("op")); }
 };
 
 Record TakeRecord(std::string_view* rest) {
@@ -105,7 +54,7 @@ struct Chunk {
 Chunk WalkChunk(const Record& record) {
   Chunk chunk;
   chunk.compressed = record.Field("compression") != "none";
-  chunk.size = ReadInteger<std::uint32_t>(record.Field("size"));
+  chunk.size = ReadNumber<std::uint32_t>(record.Field("size"));
   if (chunk.compressed) return chunk;
   if (chunk.size != record.data.size()) throw BadBag{"a chunk's size is not the size of its data"};
   std::string_view rest = record.data;
@@ -118,10 +67,10 @@ Chunk WalkChunk(const Record& record) {
 
 void CheckIndex(const Record& record, const Chunk& chunk) {
   constexpr std::size_t kEntryBytes = 12, kOffsetInEntry = 8;  // 8 bytes of time, 4 of offset
-  const auto count = ReadInteger<std::uint32_t>(record.Field("count"));
+  const auto count = ReadNumber<std::uint32_t>(record.Field("count"));
   if (record.data.size() != count * kEntryBytes) throw BadBag{"an index has another length than its count says"};
   for (std::size_t i = 0; i < count; ++i) {
-    const auto offset = ReadInteger<std::uint32_t>(record.data.substr(i * kEntryBytes + kOffsetInEntry));
+    const auto offset = ReadNumber<std::uint32_t>(record.data.substr(i * kEntryBytes + kOffsetInEntry));
     const bool points_at_message =
         chunk.compressed ? offset < chunk.size
                          : std::binary_search(chunk.message_starts.begin(), chunk.message_starts.end(), offset);
@@ -130,7 +79,7 @@ void CheckIndex(const Record& record, const Chunk& chunk) {
 }
 
 void CheckBagHeader(const Record& record, std::size_t file_size) {
-  const auto index = ReadInteger<std::uint64_t>(record.Field("index_pos"));
+  const auto index = ReadNumber<std::uint64_t>(record.Field("index_pos"));
   if (index == 0)
     throw BadBag{"no index, its recording was cut off; expected a closed bag (rosbag reindex repairs it)"};
   if (index > file_size) {
@@ -142,7 +91,7 @@ void CheckBagHeader(const Record& record, std::size_t file_size) {
 
 void Walk(std::string_view bytes) {
   if (bytes.substr(0, kMagic.size()) != kMagic) {
-    throw BadBag{"does not start with '#ROSBAG V2.0'; expected a rosbag v2 or a dataset folder"};
+    throw BadBag{"does not start with '#ROSBAG V2.0'; expected a rosbag v2, an .mcap, a .db3 or a folder"};
   }
   std::string_view rest = bytes.substr(kMagic.size());
   Record record = TakeRecord(&rest);
@@ -157,7 +106,7 @@ void Walk(std::string_view bytes) {
       if (record.kind() == kIndex) CheckIndex(record, chunk);
     } catch (const BadBag& bad) {
       throw BadBag{
-          fmt::format("damaged in the record at byte {}: {}; expected an intact rosbag v2", position, bad.message)};
+          fmt::format("damaged in the record at byte {}: {}; expected an intact rosbag v2", position, bad.what())};
     }
   }
 }
@@ -169,7 +118,7 @@ std::optional<Error> CheckBag(const std::filesystem::path& path) {
   try {
     Walk(file.bytes());
   } catch (const BadBag& bad) {
-    return Error{fmt::format("{}: {}", path.string(), bad.message)};
+    return Error{fmt::format("{}: {}", path.string(), bad.what())};
   }
   return std::nullopt;
 }

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "bag_messages.h"
+#include "stamp_text.h"
 
 namespace planar_vslam::io {
 namespace {
@@ -26,20 +27,20 @@ void Follow(Timestamp stamp, Stream* stream) {
 }
 
 // Bags of robots hold topics that are damaged in single messages.
-std::optional<Timestamp> StampOf(const rosbag::MessageInstance& message, OdometrySurvey* odometry) {
+Expected<Timestamp> StampOf(const StoredMessage& message, OdometrySurvey* odometry) {
   try {
-    if (odometry == nullptr) return ToTimestamp(ReadHeader(message).stamp);
-    const auto content = Instantiate<nav_msgs::Odometry>(message);
+    if (odometry == nullptr) return ToTimestamp(message.ReadHeader().stamp);
+    const auto content = message.Read<nav_msgs::Odometry>();
     odometry->Add(*content);
     return ToTimestamp(content->header.stamp);
-  } catch (const ros::serialization::StreamOverrunException&) {
-    return std::nullopt;
+  } catch (const DamagedMessage& damaged) {
+    return Error{damaged.what()};
   }
 }
 
 }  // namespace
 
-void StreamIndex::Add(Timestamp stamp, const rosbag::MessageInstance& message) {
+void StreamIndex::Add(Timestamp stamp, const StoredMessage& message) {
   entries_.push_back({stamp, messages_.size()});
   messages_.push_back(message);
 }
@@ -62,26 +63,23 @@ BagIndex ReadIndex(const Bags& bags, const BagTopics& topics, SkipLog* skipped) 
   for (const Stream& stream : streams) {
     if (!stream.topic.empty()) names.push_back(stream.topic);
   }
-  rosbag::View view;
-  Show(bags, names, &view);
-  for (const rosbag::MessageInstance& message : view) {
-    const std::string& topic = message.getTopic();
+  ForEachMessage(bags, names, [&](const StoredMessage& message) {
+    const std::string& topic = message.topic();
     Stream& stream = *std::find_if(std::begin(streams), std::end(streams),
                                    [&topic](const Stream& candidate) { return candidate.topic == topic; });
     const bool is_odometry = stream.index == &index.odometry;
-    const std::optional<Timestamp> stamp = StampOf(message, is_odometry ? &index.odometry_survey : nullptr);
-    const auto recorded = [&] {
-      return fmt::format("{} recorded at {}.{:09d}", topic, message.getTime().sec, message.getTime().nsec);
-    };
-    if (!stamp.has_value()) {
-      skipped->Count("message cut short", recorded());
+    const Expected<Timestamp> stamp = StampOf(message, is_odometry ? &index.odometry_survey : nullptr);
+    const auto recorded = [&] { return fmt::format("{} recorded at {}", topic, FormatStamp(message.recorded())); };
+    if (!stamp) {
+      skipped->Count(stamp.error().message, recorded());
     } else if (stamp->nanoseconds == 0) {
       skipped->Count(fmt::format("{} stamp zero", stream.name), recorded());
     } else {
       stream.index->Add(*stamp, message);
       Follow(*stamp, &stream);
     }
-  }
+    return true;
+  });
   constexpr double kSet = 1.0;  // s; messages overtake each other by less
   for (const Stream& stream : streams) {
     if (stream.furthest_back < kSet) continue;

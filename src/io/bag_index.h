@@ -1,8 +1,6 @@
 #pragma once
 // The messages of a bag by their header stamps: one pass over the bag before it is streamed, so that neither the order
 // of recording nor how late a message came counts. Held in memory is where each message is, not the message.
-#include <rosbag/view.h>
-
 #include <deque>
 #include <string>
 #include <vector>
@@ -18,13 +16,13 @@ namespace planar_vslam::io {
 // The messages of one topic, later and later.
 class StreamIndex {
  public:
-  void Add(Timestamp stamp, const rosbag::MessageInstance& message);
+  void Add(Timestamp stamp, const StoredMessage& message);
   // Puts them into order; of messages with one stamp the first stays. Says how many went, and the first of them.
   long Sort();
 
   std::size_t size() const { return entries_.size(); }
   Timestamp stamp(std::size_t i) const { return entries_[i].stamp; }
-  const rosbag::MessageInstance& message(std::size_t i) const { return messages_[entries_[i].message]; }
+  const StoredMessage& message(std::size_t i) const { return messages_[entries_[i].message]; }
 
  private:
   struct Entry {
@@ -32,7 +30,7 @@ class StreamIndex {
     std::size_t message;
   };
   std::vector<Entry> entries_;
-  std::deque<rosbag::MessageInstance> messages_;
+  std::deque<StoredMessage> messages_;
 };
 
 struct BagIndex {

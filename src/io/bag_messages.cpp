@@ -141,22 +141,12 @@ Expected<GrayImage> ToGrayImage(const sensor_msgs::Image& image, GreyDepth* dept
   return ConvertImage(raw, depth);
 }
 
-std_msgs::Header ReadHeader(const rosbag::MessageInstance& message) {
-  std::vector<std::uint8_t> bytes(message.size());
-  ros::serialization::OStream copy(bytes.data(), message.size());
-  message.write(copy);
-  ros::serialization::IStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
-  std_msgs::Header header;
-  ros::serialization::deserialize(stream, header);
-  return header;
-}
-
-StampedImage ReadImage(const rosbag::MessageInstance& message, bool compressed, GreyDepth* depth) {
+StampedImage ReadImage(const StoredMessage& message, bool compressed, GreyDepth* depth) {
   if (compressed) {
-    const auto image = Instantiate<sensor_msgs::CompressedImage>(message);
+    const auto image = message.Read<sensor_msgs::CompressedImage>();
     return {image->header.stamp, image->header.frame_id, ToGrayImage(*image, depth)};
   }
-  const auto image = Instantiate<sensor_msgs::Image>(message);
+  const auto image = message.Read<sensor_msgs::Image>();
   return {image->header.stamp, image->header.frame_id, ToGrayImage(*image, depth)};
 }
 

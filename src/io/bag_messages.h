@@ -2,13 +2,13 @@
 // Stored ROS messages -> our values.
 #include <geometry_msgs/Transform.h>
 #include <ros/time.h>
-#include <rosbag/message_instance.h>
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/LaserScan.h>
 #include <std_msgs/Header.h>
 
 #include <string>
 
+#include "bag_message.h"
 #include "planar_vslam/geometry/expected.h"
 #include "planar_vslam/io/message_values.h"
 #include "planar_vslam/sensor/measurements.h"
@@ -23,19 +23,6 @@ struct StampedImage {
   std::string frame_id;
   Expected<GrayImage> image;
 };
-StampedImage ReadImage(const rosbag::MessageInstance& message, bool compressed, GreyDepth* depth);
-// The header that every message of ours begins with; throws where the message is too short for one.
-std_msgs::Header ReadHeader(const rosbag::MessageInstance& message);
-
-// The message as M; throws rosbag::BagFormatException where the bag's definition of the type is another.
-template <class M>
-boost::shared_ptr<M> Instantiate(const rosbag::MessageInstance& message) {
-  boost::shared_ptr<M> instance = message.instantiate<M>();
-  if (instance == nullptr) {
-    throw rosbag::BagFormatException("topic " + message.getTopic() + " has another definition of " +
-                                     message.getDataType());
-  }
-  return instance;
-}
+StampedImage ReadImage(const StoredMessage& message, bool compressed, GreyDepth* depth);
 
 }  // namespace planar_vslam::io

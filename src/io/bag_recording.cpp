@@ -86,7 +86,7 @@ Expected<std::optional<RecordedEvent>> BagRecording::Next() {
     earliest->ahead.pop_front();
     return event;
   } catch (const std::exception& exception) {
-    return Error{fmt::format("{}: cannot be read on: {}; expected an intact rosbag v2", file_, exception.what())};
+    return Error{fmt::format("{}: cannot be read on: {}; expected an intact recording", file_, exception.what())};
   }
 }
 
@@ -112,10 +112,10 @@ std::optional<RecordedEvent> BagRecording::Read(std::size_t stream, std::size_t 
     if (stream == kImage) return ReadCameraFrame(i);
     if (stream == kLaser) return ReadLaserFrame(i);
     return tf_odometry_.empty() ? ReadOdometry(i) : ReadTfOdometry(i);
-  } catch (const ros::serialization::StreamOverrunException&) {
+  } catch (const DamagedMessage& damaged) {
     const bool image = stream == kImage;
-    skipped_.Count("message cut short", image ? Where(survey_.topics.image, survey_.index.images.stamp(i))
-                                              : Where(survey_.topics.scan, survey_.index.scans.stamp(i)));
+    skipped_.Count(damaged.what(), image ? Where(survey_.topics.image, survey_.index.images.stamp(i))
+                                         : Where(survey_.topics.scan, survey_.index.scans.stamp(i)));
     return std::nullopt;
   }
 }
@@ -144,7 +144,7 @@ std::optional<RecordedEvent> BagRecording::ReadCameraFrame(std::size_t i) {
 
 std::optional<RecordedEvent> BagRecording::ReadLaserFrame(std::size_t i) {
   const Timestamp stamp = survey_.index.scans.stamp(i);
-  Expected<PlanarScan> scan = ToPlanarScan(*Instantiate<sensor_msgs::LaserScan>(survey_.index.scans.message(i)));
+  Expected<PlanarScan> scan = ToPlanarScan(*survey_.index.scans.message(i).Read<sensor_msgs::LaserScan>());
   if (!scan) {
     skipped_.Count(scan.error().message, Where(survey_.topics.scan, stamp));
     return std::nullopt;
@@ -166,7 +166,7 @@ std::optional<RecordedEvent> BagRecording::ReadOdometry(std::size_t i) {
     skipped_.Count("odometry whose stamp tf does not cover", where);
     return std::nullopt;
   }
-  const auto message = Instantiate<nav_msgs::Odometry>(survey_.index.odometry.message(i));
+  const auto message = survey_.index.odometry.message(i).Read<nav_msgs::Odometry>();
   const Expected<OdometryReading> reading = odometry_.Read(*message, *T_child_base);
   if (!reading) {
     skipped_.Count(reading.error().message, where);
@@ -198,7 +198,7 @@ Expected<std::unique_ptr<Recording>> OpenBagRecording(const std::vector<std::fil
     return std::unique_ptr<Recording>(
         std::make_unique<BagRecording>(std::move(*bags), file, std::move(*survey), std::move(skipped)));
   } catch (const std::exception& exception) {
-    return Error{fmt::format("{}: cannot be read: {}; expected an intact rosbag v2", file, exception.what())};
+    return Error{fmt::format("{}: cannot be read: {}; expected an intact recording", file, exception.what())};
   }
 }
 

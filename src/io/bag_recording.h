@@ -3,6 +3,7 @@
 #include <memory>
 #include <vector>
 
+#include "bag_folder.h"
 #include "planar_vslam/io/recording.h"
 
 namespace planar_vslam::io {

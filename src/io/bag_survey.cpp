@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <nav_msgs/Odometry.h>
-#include <rosbag/view.h>
 
 #include "bag_messages.h"
 #include "planar_vslam/sensor/scan_check.h"
@@ -28,16 +27,20 @@ Expected<ImageSpan> FindImages(const std::string& file, const BagTopics& topics,
   span.last = images.stamp(images.size() - 1);
   std::string why;
   for (std::size_t i = 0; i < images.size(); ++i) {
-    GreyDepth depth;
-    const StampedImage stored = ReadImage(images.message(i), topics.image_compressed, &depth);
-    if (stored.image) {
-      span.frame_id = FrameName(stored.frame_id);
-      span.width = stored.image->width;
-      span.height = stored.image->height;
-      span.first = images.stamp(i);
-      return span;
+    try {
+      GreyDepth depth;
+      const StampedImage stored = ReadImage(images.message(i), topics.image_compressed, &depth);
+      if (stored.image) {
+        span.frame_id = FrameName(stored.frame_id);
+        span.width = stored.image->width;
+        span.height = stored.image->height;
+        span.first = images.stamp(i);
+        return span;
+      }
+      why = stored.image.error().message;
+    } catch (const DamagedMessage& damaged) {
+      why = damaged.what();
     }
-    why = stored.image.error().message;
   }
   return Error{fmt::format("{}: no usable image on {}: {}", file, topics.image, why)};
 }
@@ -47,13 +50,13 @@ Expected<CameraModel> ReadCamera(const Bags& bags, const std::string& file, cons
                                  RectifiedImages rectified) {
   const std::string where = file + ": " + topics.camera_info;
   const bool is_rectified = IsRectifiedImage(topics.image, rectified);
-  rosbag::View view;
-  Show(bags, {topics.camera_info}, &view);
-  for (const rosbag::MessageInstance& message : view) {
-    const auto info = Instantiate<sensor_msgs::CameraInfo>(message);
-    if (!IsFilledIn(*info, is_rectified)) continue;
-    return ToCameraModel(*info, where, is_rectified);
-  }
+  std::optional<Expected<CameraModel>> camera;
+  ForEachMessage(bags, {topics.camera_info}, [&](const StoredMessage& message) {
+    const auto info = message.ReadIfWhole<sensor_msgs::CameraInfo>();
+    if (info != nullptr && IsFilledIn(*info, is_rectified)) camera = ToCameraModel(*info, where, is_rectified);
+    return !camera.has_value();
+  });
+  if (camera.has_value()) return *camera;
   return Error{fmt::format("{}: {} is zero in every message; expected the intrinsics of a calibrated camera", where,
                            is_rectified ? "P" : "K")};
 }
@@ -63,11 +66,11 @@ SensorFrames FramesOf(const BagIndex& index, const BagTopics& topics, const Imag
   SensorFrames frames;
   frames.base = FrameName(options.base_frame);
   frames.camera = images.frame_id;
-  if (index.scans.size() > 0) frames.laser = FrameName(ReadHeader(index.scans.message(0)).frame_id);
+  if (index.scans.size() > 0) frames.laser = FrameName(index.scans.message(0).ReadHeader().frame_id);
   if (topics.odometry.empty()) {
     frames.odom = FrameName(options.odom_frame);
   } else if (index.odometry.size() > 0) {
-    const auto odometry = Instantiate<nav_msgs::Odometry>(index.odometry.message(0));
+    const auto odometry = index.odometry.message(0).Read<nav_msgs::Odometry>();
     frames.odometry_child = odometry->child_frame_id.empty() ? frames.base : FrameName(odometry->child_frame_id);
   }
   return frames;
@@ -94,7 +97,8 @@ void ChooseOdometry(BagSurvey* survey, SkipLog* skipped) {
 // What a laser leaves out that it should say.
 void NoteScans(BagSurvey* survey) {
   if (survey->index.scans.size() == 0) return;
-  const auto scan = Instantiate<sensor_msgs::LaserScan>(survey->index.scans.message(0));
+  const auto scan = survey->index.scans.message(0).ReadIfWhole<sensor_msgs::LaserScan>();
+  if (scan == nullptr) return;
   const Expected<PlanarScan> checked = ToPlanarScan(*scan);
   PlanarScan as_it_came;
   as_it_came.range_min = static_cast<double>(scan->range_min);
@@ -125,7 +129,8 @@ Expected<BagSurvey> SurveyBag(const Bags& bags, const std::string& file, const R
     return Error{fmt::format("{}: images on {} are {}x{} px; expected {}x{} as {} says", file, survey.topics.image,
                              images->width, images->height, camera->width, camera->height, survey.topics.camera_info)};
   }
-  survey.info.notes = survey.index.notes;
+  survey.info.notes = bags.notes;
+  survey.info.notes.insert(survey.info.notes.end(), survey.index.notes.begin(), survey.index.notes.end());
   ChooseOdometry(&survey, skipped);
   NoteScans(&survey);
   const SensorFrames frames = FramesOf(survey.index, survey.topics, *images, options.bag);

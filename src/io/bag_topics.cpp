@@ -1,7 +1,6 @@
 #include "bag_topics.h"
 
 #include <fmt/format.h>
-#include <rosbag/view.h>
 
 #include <algorithm>
 #include <map>
@@ -25,16 +24,6 @@ std::string WithoutCompressed(const std::string& topic) {
 }
 
 std::string LastName(const std::string& topic) { return topic.substr(topic.rfind('/') + 1); }
-
-TypeByTopic TopicsOf(const Bags& bags) {
-  rosbag::View everything;
-  for (const auto& bag : bags) everything.addQuery(*bag);
-  TypeByTopic topics;
-  for (const rosbag::ConnectionInfo* connection : everything.getConnections()) {
-    topics[connection->topic] = connection->datatype;
-  }
-  return topics;
-}
 
 // One role a topic can have; `option` is how the user would name it.
 struct Role {
@@ -109,7 +98,7 @@ Expected<std::string> ChooseCameraInfo(const Chooser& chooser, const std::string
 }  // namespace
 
 Expected<BagTopics> ChooseTopics(const Bags& bags, const std::string& file, const BagOptions& options) {
-  const Chooser chooser(TopicsOf(bags), file);
+  const Chooser chooser(TypesOfTopics(bags), file);
   const Expected<std::string> image =
       chooser.Choose({"topics.image", {kRawImage, kCompressedImage}}, options.image_topic);
   if (!image) return image.error();

@@ -1,7 +1,6 @@
 #include "bag_transforms.h"
 
 #include <fmt/format.h>
-#include <rosbag/view.h>
 #include <tf2_msgs/TFMessage.h>
 
 #include <algorithm>
@@ -47,22 +46,25 @@ TfTree ReadTree(const Bags& bags, const BagTopics& topics, const std::vector<Fra
   TfTree tree;
   if (topics.tf.empty()) return tree;
   bool reduced = false;
-  rosbag::View view;
-  Show(bags, topics.tf, &view);
-  for (const rosbag::MessageInstance& message : view) {
-    const bool is_static = IsStaticTf(message.getTopic());
-    const auto tf = Instantiate<tf2_msgs::TFMessage>(message);
+  ForEachMessage(bags, topics.tf, [&](const StoredMessage& message) {
+    const bool is_static = IsStaticTf(message.topic());
+    const auto tf = message.ReadIfWhole<tf2_msgs::TFMessage>();
+    if (tf == nullptr) {
+      skipped->Count("message cut short", message.topic());
+      return true;
+    }
     for (const geometry_msgs::TransformStamped& transform : tf->transforms) {
       const TfPush result = tree.Add(FrameName(transform.header.frame_id), FrameName(transform.child_frame_id),
                                      ToTimestamp(transform.header.stamp), ToRigid3(transform.transform), is_static);
       CountRefused(result, transform, skipped);
     }
-    if (reduced) continue;
-    if (const auto chains = AllChains(tree, wanted)) {
+    const auto chains = reduced ? std::nullopt : AllChains(tree, wanted);
+    if (chains.has_value()) {
       tree.KeepOnly(*chains);
       reduced = true;
     }
-  }
+    return true;
+  });
   tree.Sort();
   return tree;
 }

@@ -10,6 +10,8 @@
 
 #include <string>
 
+#include "bag_cdr.h"
+#include "bag_sink.h"
 #include "planar_vslam/io/value_messages.h"
 #include "planar_vslam/sensor/jpeg.h"
 
@@ -46,6 +48,7 @@ struct BagWriter::Impl {
   std::string path;
   BagRobot robot;
   rosbag::Bag bag;
+  std::unique_ptr<io::MessageSink> sink;  // instead of the bag: a ROS 2 recording
   std::uint32_t images = 0;
   std::optional<OdometryReading> last_reading;
   std::optional<Error> error;
@@ -54,8 +57,15 @@ struct BagWriter::Impl {
   void Write(const char* topic, const ros::Time& time, const Message& message) {
     if (error.has_value()) return;
     try {
-      bag.write(topic, time, message);
-    } catch (const rosbag::BagException& exception) {
+      if (sink == nullptr) {
+        bag.write(topic, time, message);
+        return;
+      }
+      io::CdrWriter writer;
+      writer(message);
+      sink->Write(topic, ros::message_traits::datatype<Message>(), static_cast<std::int64_t>(time.toNSec()),
+                  writer.bytes());
+    } catch (const std::runtime_error& exception) {
       error = Error{fmt::format("{}: cannot be written: {}", path, exception.what())};
     }
   }
@@ -76,8 +86,9 @@ Expected<BagWriter> BagWriter::Create(const std::filesystem::path& path, const B
   impl->path = path.string();
   impl->robot = robot;
   try {
-    impl->bag.open(path.string(), rosbag::bagmode::Write);
-  } catch (const rosbag::BagException& exception) {
+    impl->sink = io::CreateSink(path);
+    if (impl->sink == nullptr) impl->bag.open(path.string(), rosbag::bagmode::Write);
+  } catch (const std::runtime_error& exception) {
     return Error{fmt::format("{}: cannot be written: {}", path.string(), exception.what())};
   }
   const ros::Time start = ToRos({});
@@ -133,8 +144,12 @@ void BagWriter::Write(const LaserFrame& frame) {
 
 Expected<bool> BagWriter::Close() {
   try {
-    impl_->bag.close();
-  } catch (const rosbag::BagException& exception) {
+    if (impl_->sink != nullptr) {
+      impl_->sink->Close();
+    } else {
+      impl_->bag.close();
+    }
+  } catch (const std::runtime_error& exception) {
     if (!impl_->error.has_value()) {
       impl_->error = Error{fmt::format("{}: cannot be written: {}", impl_->path, exception.what())};
     }

@@ -12,6 +12,8 @@
 #include <cmath>
 #include <string>
 
+#include "bag_cdr.h"
+#include "bag_sink.h"
 #include "recording_testing.h"
 #include "support/support.h"
 
@@ -68,12 +70,26 @@ inline Rigid3 Shift(double x, double y, double z) { return {Eigen::Quaterniond::
 // Writes messages at their stamp plus a delay of arrival.
 class BagWriter {
  public:
-  explicit BagWriter(const std::filesystem::path& path) { bag_.open(path.string(), rosbag::bagmode::Write); }
-  ~BagWriter() { bag_.close(); }
+  // By the end of its name a recording of ROS 2 or a rosbag.
+  explicit BagWriter(const std::filesystem::path& path) : BagWriter(io::CreateSink(path)) {
+    if (sink_ == nullptr) bag_.open(path.string(), rosbag::bagmode::Write);
+  }
+  explicit BagWriter(std::unique_ptr<io::MessageSink> sink) : sink_(std::move(sink)) {}
+  ~BagWriter() { sink_ == nullptr ? bag_.close() : sink_->Close(); }
 
   template <class M>
   void Put(const std::string& topic, const M& message, double arrival) {
-    bag_.write(topic, At(arrival), message);
+    if (sink_ == nullptr) {
+      bag_.write(topic, At(arrival), message);
+    } else {
+      io::CdrWriter writer;
+      writer(message);
+      PutBytes(topic, ros::message_traits::datatype<M>(), writer.bytes(), arrival);
+    }
+  }
+  // Not into a rosbag.
+  void PutBytes(const std::string& topic, const std::string& type, const std::string& bytes, double arrival) {
+    sink_->Write(topic, type, StampAt(arrival).nanoseconds, bytes);
   }
   void PutInfo(const sensor_msgs::CameraInfo& info = Info()) { Put("/camera/camera_info", info, 0.0); }
   void PutImage(double t, sensor_msgs::Image image = RawImage(RampImage(), "mono8"), double delay = 0.03) {
@@ -112,12 +128,14 @@ class BagWriter {
   }
 
  private:
+  std::unique_ptr<io::MessageSink> sink_;
   rosbag::Bag bag_;
 };
 
-class BagFixture : public ::testing::Test {
+// Each of its tests runs with every kind of file: what is right for one is right for all.
+class BagFixture : public ::testing::TestWithParam<const char*> {
  protected:
-  std::filesystem::path Path() const { return folder_.path() / "drive.bag"; }
+  std::filesystem::path Path() const { return folder_.path() / (std::string("drive") + GetParam()); }
   // A bag of a camera alone, plus whatever `more` adds.
   template <class Add>
   std::filesystem::path Bag(const Add& more) const {
@@ -140,5 +158,9 @@ class BagFixture : public ::testing::Test {
  private:
   TemporaryFolder folder_;
 };
+
+#define PV_WITH_EVERY_KIND_OF_BAG(Suite)                                            \
+  INSTANTIATE_TEST_SUITE_P(Bags, Suite, ::testing::Values(".bag", ".mcap", ".db3"), \
+                           [](const auto& kind) { return std::string(kind.param).substr(1); })
 
 }  // namespace planar_vslam::test

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "planar_vslam/io/recording.h"
+#include "recording_testing.h"
 #include "support/support.h"
 
 namespace planar_vslam {
@@ -72,6 +73,35 @@ TEST(BagWriter, TheSameDriveGivesTheSameBytes) {
   const std::string a = Contents(folder.path() / "a.bag");
   EXPECT_GT(a.size(), 10000u);
   EXPECT_EQ(a, Contents(folder.path() / "b.bag"));
+}
+
+// What is read is the same to the last bit, whichever kind of bag it was written to.
+TEST(BagWriter, EveryKindOfBagIsTheSameDrive) {
+  const test::TemporaryFolder folder;
+  BagRobot robot = SomeRobot();
+  robot.camera_moves = true;
+  WriteDrive(folder.path() / "drive.bag", robot);
+  const test::Replay usual = test::Play(folder.path() / "drive.bag");
+  ASSERT_EQ(usual.images.size(), 21U);
+  for (const char* name : {"drive.mcap", "drive.db3"}) {
+    WriteDrive(folder.path() / name, robot);
+    const test::Replay replay = test::Play(folder.path() / name);
+    EXPECT_EQ(replay.order, usual.order);
+    EXPECT_EQ(replay.stamps, usual.stamps);
+    ASSERT_EQ(replay.images.size(), usual.images.size());
+    for (std::size_t i = 0; i < usual.images.size(); ++i) {
+      EXPECT_EQ(*replay.images[i].image.image.pixels, *usual.images[i].image.image.pixels);
+      EXPECT_EQ(replay.images[i].T_base_camera.translation, usual.images[i].T_base_camera.translation);
+      EXPECT_EQ(replay.images[i].T_base_camera.rotation.coeffs(), usual.images[i].T_base_camera.rotation.coeffs());
+    }
+    ASSERT_EQ(replay.odometry.size(), usual.odometry.size());
+    for (std::size_t i = 0; i < usual.odometry.size(); ++i) {
+      EXPECT_EQ(replay.odometry[i].T_odom_base.translation, usual.odometry[i].T_odom_base.translation);
+      EXPECT_EQ(replay.odometry[i].T_odom_base.angle, usual.odometry[i].T_odom_base.angle);
+    }
+    ASSERT_EQ(replay.scans.size(), usual.scans.size());
+    EXPECT_EQ(replay.scans[3].scan.ranges, usual.scans[3].scan.ranges);
+  }
 }
 
 TEST(BagWriter, AMovingCameraIsATransformOfItsOwn) {

@@ -19,7 +19,7 @@ class CameraInfos : public BagFixture {
   }
 };
 
-TEST_F(CameraInfos, BinningAndRegionsOfInterestChangeTheIntrinsics) {
+TEST_P(CameraInfos, BinningAndRegionsOfInterestChangeTheIntrinsics) {
   sensor_msgs::CameraInfo info = Info();
   info.binning_x = info.binning_y = 2;
   const Replay half = PlayInfo(info, kTestWidth / 2, kTestHeight / 2);
@@ -45,7 +45,7 @@ TEST_F(CameraInfos, BinningAndRegionsOfInterestChangeTheIntrinsics) {
   ExpectInError(PlayInfo(info).error, {"/camera/camera_info", "roi"});
 }
 
-TEST_F(CameraInfos, LensesComeInManySpellings) {
+TEST_P(CameraInfos, LensesComeInManySpellings) {
   const auto lens = [&](const std::string& model, const std::vector<double>& D) {
     sensor_msgs::CameraInfo info = Info();
     info.distortion_model = model;
@@ -74,7 +74,7 @@ TEST_F(CameraInfos, LensesComeInManySpellings) {
   }
 }
 
-TEST_F(CameraInfos, LensesThatAreNotSupportedAreNamed) {
+TEST_P(CameraInfos, LensesThatAreNotSupportedAreNamed) {
   for (const auto& [model, D] : {std::pair<std::string, std::vector<double>>("omni", {0.1, 0.2, 0.3, 0.4}),
                                  {"plumb_bob", {0.1, 0.2, 0.3}},
                                  {"equidistant", {0.1, 0.2}},
@@ -85,6 +85,8 @@ TEST_F(CameraInfos, LensesThatAreNotSupportedAreNamed) {
     ExpectInError(PlayInfo(info).error, {"/camera/camera_info", model, "expected"});
   }
 }
+
+PV_WITH_EVERY_KIND_OF_BAG(CameraInfos);
 
 }  // namespace
 }  // namespace planar_vslam::test

@@ -31,7 +31,7 @@ bool HasNote(const Replay& replay, const std::string& part) {
   return false;
 }
 
-TEST_F(RobotBags, NeitherOrderNorLatenessOfRecordingCounts) {
+TEST_P(RobotBags, NeitherOrderNorLatenessOfRecordingCounts) {
   const Replay live = Play(RobotBag());
   // A converter writes one topic after the other; images come 5 s late; a shuffled stream.
   const std::function<double(int, double)> delays[] = {
@@ -57,7 +57,7 @@ TEST_F(RobotBags, NeitherOrderNorLatenessOfRecordingCounts) {
   }
 }
 
-TEST_F(RobotBags, StampsThatGoBackAreSaid) {
+TEST_P(RobotBags, StampsThatGoBackAreSaid) {
   const Replay replay = PlayRobot([](BagWriter& writer) {
     for (int i = 0; i < 10; ++i) writer.PutOdometry(10.0 + 0.02 * i, 0.0);
     for (int i = 0; i < 10; ++i) writer.PutOdometry(5.0 + 0.02 * i, 0.0, "base_footprint", 20.0);
@@ -66,7 +66,7 @@ TEST_F(RobotBags, StampsThatGoBackAreSaid) {
   EXPECT_TRUE(HasNote(replay, "/odom: stamps go back by 5.2 s"));
 }
 
-TEST_F(RobotBags, TfIsSortedByItsStampsToo) {
+TEST_P(RobotBags, TfIsSortedByItsStampsToo) {
   const Replay replay = Play(Bag([](BagWriter& writer) {
     writer.PutTf("base_footprint", "camera_optical_frame", 0.3, Shift(0, 0, 1.2));
     writer.PutTf("base_footprint", "camera_optical_frame", 0.1, Shift(0, 0, 1.0), 5.0);
@@ -76,7 +76,7 @@ TEST_F(RobotBags, TfIsSortedByItsStampsToo) {
   EXPECT_NEAR(replay.images[0].T_base_camera.translation.z(), 1.1, 1e-9);
 }
 
-TEST_F(RobotBags, AMountOnTfHoldsAlsoWhereItWasSentOnce) {
+TEST_P(RobotBags, AMountOnTfHoldsAlsoWhereItWasSentOnce) {
   for (const int samples : {1, 2}) {
     const Replay replay = Play(Bag([samples](BagWriter& writer) {
       for (int i = 0; i < samples; ++i) {
@@ -96,7 +96,7 @@ nav_msgs::Odometry WithOrientation(double z, double w) {
   return odometry;
 }
 
-TEST_F(RobotBags, WhatIsNoRotationIsNoHeading) {
+TEST_P(RobotBags, WhatIsNoRotationIsNoHeading) {
   const double angle = 0.4;
   const double z = std::sin(angle / 2.0), w = std::cos(angle / 2.0);
   const auto drive = [&](double qz, double qw, bool with_tf) {
@@ -126,7 +126,7 @@ TEST_F(RobotBags, WhatIsNoRotationIsNoHeading) {
   }
 }
 
-TEST_F(RobotBags, SingleBadPosesAreSkipped) {
+TEST_P(RobotBags, SingleBadPosesAreSkipped) {
   const Replay replay = PlayRobot([](BagWriter& writer) {
     for (int i = 1; i <= 10; ++i) writer.PutOdometryAsIs(0.02 * i, 0.01 * i, WithOrientation(0.0, i == 4 ? 0.3 : 1.0));
     writer.PutImage(0.1);
@@ -136,7 +136,7 @@ TEST_F(RobotBags, SingleBadPosesAreSkipped) {
   EXPECT_EQ(replay.skipped, expected);
 }
 
-TEST_F(RobotBags, ATwistWithoutPosesIsIntegrated) {
+TEST_P(RobotBags, ATwistWithoutPosesIsIntegrated) {
   for (const double w : {1.0, 0.0}) {
     const Replay replay = PlayRobot([w](BagWriter& writer) {
       for (int i = 0; i <= 50; ++i) {
@@ -155,7 +155,7 @@ TEST_F(RobotBags, ATwistWithoutPosesIsIntegrated) {
   }
 }
 
-TEST_F(RobotBags, ARobotThatStandsIsNoTwistWithoutPoses) {
+TEST_P(RobotBags, ARobotThatStandsIsNoTwistWithoutPoses) {
   const Replay replay = PlayRobot([](BagWriter& writer) {
     for (int i = 0; i <= 50; ++i) writer.PutOdometry(0.02 * i, 7.0);
     writer.PutImage(0.1);
@@ -165,7 +165,7 @@ TEST_F(RobotBags, ARobotThatStandsIsNoTwistWithoutPoses) {
   EXPECT_EQ(replay.odometry[50].T_odom_base.translation.x(), 7.0);
 }
 
-TEST_F(RobotBags, ConstantCovariancesAreCountedAndNotBelieved) {
+TEST_P(RobotBags, ConstantCovariancesAreCountedAndNotBelieved) {
   const auto drive = [&](double variance) {
     return PlayRobot([variance](BagWriter& writer) {
       for (int i = 1; i <= 50; ++i) {
@@ -206,7 +206,7 @@ class Scans : public RobotBags {
   }
 };
 
-TEST_F(Scans, ARangeThatIsNotStatedIsUnlimited) {
+TEST_P(Scans, ARangeThatIsNotStatedIsUnlimited) {
   for (const float range_max :
        {0.0F, -1.0F, std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
     const Replay replay = PlayScan([range_max](sensor_msgs::LaserScan* scan) { scan->range_max = range_max; });
@@ -223,13 +223,13 @@ TEST_F(Scans, ARangeThatIsNotStatedIsUnlimited) {
   EXPECT_TRUE(stated.info.notes.empty());
 }
 
-TEST_F(Scans, AnIncrementThatIsNotStatedFollowsFromTheEnds) {
+TEST_P(Scans, AnIncrementThatIsNotStatedFollowsFromTheEnds) {
   const Replay replay = PlayScan([](sensor_msgs::LaserScan* scan) { scan->angle_increment = 0.0F; });
   ASSERT_EQ(replay.scans.size(), 1U) << replay.error;
   EXPECT_NEAR(replay.scans[0].scan.angle_increment, 0.5, 1e-6);
 }
 
-TEST_F(Scans, DirectionsThatMakeNoSenseAreCounted) {
+TEST_P(Scans, DirectionsThatMakeNoSenseAreCounted) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const std::function<void(sensor_msgs::LaserScan*)> faults[] = {
       [](sensor_msgs::LaserScan* scan) { scan->ranges.clear(); },
@@ -246,7 +246,7 @@ TEST_F(Scans, DirectionsThatMakeNoSenseAreCounted) {
   }
 }
 
-TEST_F(RobotBags, GreysOfFewBitsFillTheRange) {
+TEST_P(RobotBags, GreysOfFewBitsFillTheRange) {
   for (const int bits : {8, 10, 12, 16}) {
     for (const char* encoding : {"mono16", "16UC1"}) {
       cv::Mat wide;
@@ -258,7 +258,7 @@ TEST_F(RobotBags, GreysOfFewBitsFillTheRange) {
   }
 }
 
-TEST_F(RobotBags, RectifiedImagesAreKnownByTheirTopicOrBySetting) {
+TEST_P(RobotBags, RectifiedImagesAreKnownByTheirTopicOrBySetting) {
   const auto focal_length = [this](const std::string& topic, RectifiedImages said) {
     RecordingOptions options;
     options.bag.rectified = said;
@@ -285,6 +285,9 @@ TEST_F(RobotBags, RectifiedImagesAreKnownByTheirTopicOrBySetting) {
     EXPECT_EQ(focal_length(topic, RectifiedImages::kYes), rectified) << topic;
   }
 }
+
+PV_WITH_EVERY_KIND_OF_BAG(RobotBags);
+PV_WITH_EVERY_KIND_OF_BAG(Scans);
 
 }  // namespace
 }  // namespace planar_vslam::test

@@ -1,5 +1,5 @@
 #pragma once
-// Writes measurements as a rosbag with a robot's usual topics: /camera/image_raw/compressed (JPEG),
+// Writes measurements as a bag with a robot's usual topics: /camera/image_raw/compressed (JPEG),
 // /camera/camera_info, /odom, /scan, /tf, /tf_static. The same measurements give the same bytes.
 #include <filesystem>
 #include <memory>
@@ -20,7 +20,7 @@ struct BagRobot {
 
 class BagWriter {
  public:
-  // Replaces the file.
+  // Replaces the file. By the end of its name: an .mcap or .db3 as ROS 2 records them, else a rosbag (v2).
   static Expected<BagWriter> Create(const std::filesystem::path& path, const BagRobot& robot);
   BagWriter(BagWriter&&) noexcept;
   BagWriter& operator=(BagWriter&&) noexcept;

@@ -1,5 +1,5 @@
 #pragma once
-// A recorded drive, streamed in time order: rosbags (v2) and dataset folders look the same from here.
+// A recorded drive, streamed in time order: bags and dataset folders look the same from here.
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -55,7 +55,7 @@ class Recording {
   virtual const std::map<std::string, long>& skipped() const = 0;
 };
 
-// Opens a .bag file, a dataset folder (images.csv, ...), a TUM-RGBD folder (rgb.txt) or a KITTI odometry folder
+// Opens a bag (rosbag v2; .mcap, .db3 or their folder as ROS 2 records them), a dataset folder (images.csv, ...), a TUM-RGBD folder (rgb.txt) or a KITTI odometry folder
 // (image_0, times.txt, calib.txt). One-line errors: file, field or topic, what was expected.
 Expected<std::unique_ptr<Recording>> OpenRecording(const std::filesystem::path& path, const RecordingOptions& options);
 // Several bags of one drive as one recording, in any order: what one holds, such as tf_static, counts for all.

@@ -15,6 +15,8 @@ Expected<std::unique_ptr<Recording>> OpenBagRecording(const std::vector<fs::path
       fmt::format("{}: expected a folder: this build is without ROS and does not read bags", paths.front().string())};
 }
 
+bool IsBagFolder(const fs::path&) { return false; }
+
 }  // namespace io
 
 struct BagWriter::Impl {};

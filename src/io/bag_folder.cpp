@@ -1,0 +1,72 @@
+#include "bag_folder.h"
+
+#include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <string>
+
+namespace planar_vslam::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kMetadata = "metadata.yaml";
+constexpr const char* kInformation = "rosbag2_bagfile_information";
+
+// In the order of their names, which recorders number.
+std::vector<fs::path> FilesOf(const fs::path& folder) {
+  std::vector<fs::path> files;
+  std::error_code ignored;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
+    std::string name = entry.path().extension().string();
+    if (name == ".zstd") name = entry.path().stem().extension().string();
+    if (name == ".mcap" || name == ".db3") files.push_back(entry.path());
+  }
+  // x_9 before x_10.
+  std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
+    const std::string first = a.filename().string(), second = b.filename().string();
+    return first.size() != second.size() ? first.size() < second.size() : first < second;
+  });
+  return files;
+}
+
+Expected<std::vector<fs::path>> FilesOfMetadata(const fs::path& folder) {
+  const std::string metadata = (folder / kMetadata).string();
+  std::vector<fs::path> files;
+  try {
+    const YAML::Node named = YAML::LoadFile(metadata)[kInformation]["relative_file_paths"];
+    if (!named.IsSequence() || named.size() == 0) {
+      return Error{fmt::format("{}: {}.relative_file_paths names no file; expected the files of the recording",
+                               metadata, kInformation)};
+    }
+    for (const YAML::Node& name : named) {
+      // Early recorders put the folder's name in front.
+      const fs::path path = folder / fs::path(name.as<std::string>()).filename();
+      std::error_code ignored;
+      if (!fs::exists(path, ignored)) {
+        return Error{fmt::format("{}: names {}, which is not beside it", metadata, path.filename().string())};
+      }
+      files.push_back(path);
+    }
+  } catch (const YAML::Exception& exception) {
+    return Error{fmt::format("{}: {}; expected what ROS 2's recorder writes", metadata, exception.what())};
+  }
+  return files;
+}
+
+}  // namespace
+
+bool IsBagFolder(const fs::path& path) {
+  std::error_code ignored;
+  return fs::is_directory(path, ignored) && !FilesOf(path).empty();
+}
+
+Expected<std::vector<fs::path>> BagsOfPath(const fs::path& path) {
+  std::error_code ignored;
+  if (!fs::is_directory(path, ignored)) return std::vector<fs::path>{path};
+  if (fs::exists(path / kMetadata, ignored)) return FilesOfMetadata(path);
+  return FilesOf(path);
+}
+
+}  // namespace planar_vslam::io
