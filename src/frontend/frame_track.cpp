@@ -259,6 +259,7 @@ TrackResult FrameTrack::Predicted() const {
   predicted.T_map_base = prediction_.T_map_base;
   predicted.covariance = prediction_.covariance;
   predicted.matches = FrameMatches{};
+  predicted.matches.refused = result_.matches.refused;
   predicted.matches.landmarks.resize(view_.features->keypoints.size());
   predicted.inliers = 0;
   return predicted;

@@ -108,6 +108,8 @@ FrameReport Estimator::Process(const FramePacket& packet) {
   const bool may_make_map = mode_ == RunMode::kMapping;
   TrackedFrame frame = session.localization.Locate(packet, slot, &report, may_make_map ? &new_map : nullptr);
   session.Count(report, frame.step);
+  view_ = ViewOf(packet.image.image, frame.features, frame.track, packet.T_base_camera, model_.camera,
+                 session.localization.map().get());
   if (new_map != nullptr) {
     StartMapping(new_map, frame.step.has_value());
     session.mapping->AddSweeps(packet, *frame.number);
@@ -204,6 +206,7 @@ void Estimator::StartSession(std::shared_ptr<const Map> map) {
   if (before != nullptr)
     retired_ = std::async(std::launch::async, [before = std::move(before)]() mutable { before.reset(); });
   session_ = std::make_unique<Session>(settings_, model_);
+  view_ = {};
   session_->report.wheels = UnknownWheelErrors(settings_.options.systematic);
   input_->corrector.Take(session_->report.wheels);
   if (map == nullptr) return;

@@ -74,8 +74,10 @@ PoseOnlyProblem PoseProblem(const CameraView& view, const Rigid3& T_map_base) {
 
 void KeepInliers(const std::vector<PoseObservation>& observations, FrameMatches* matches) {
   std::size_t next = 0;
-  for (LandmarkId& id : matches->landmarks) {
+  for (std::size_t i = 0; i < matches->landmarks.size(); ++i) {
+    LandmarkId& id = matches->landmarks[i];
     if (!id.valid() || observations[next++].inlier) continue;
+    matches->refused.push_back({i, id});
     id = LandmarkId{};
     --matches->count;
   }

@@ -22,6 +22,7 @@
 #include "planar_vslam/geometry/expected.h"
 #include "planar_vslam/map/map_file.h"
 #include "planar_vslam/pipeline/frame_report.h"
+#include "planar_vslam/pipeline/frame_view.h"
 #include "planar_vslam/pipeline/input_corrector.h"
 #include "planar_vslam/pipeline/input_watch.h"
 #include "planar_vslam/pipeline/localization.h"
@@ -86,6 +87,7 @@ class Estimator {
   const MeasurementModel& model() const { return model_; }
   const EstimatorReport& report() const;
   const TrajectoryRecorder& trajectory() const;
+  const FrameView& view() const { return view_; }  // of the last frame
   // Nothing while there is no map.
   std::optional<EstimatorSnapshot> Snapshot() const;
   // How many images wait for odometry.
@@ -124,6 +126,7 @@ class Estimator {
   CameraModel map_camera_;                 // that made the map
   std::unique_ptr<Input> input_;
   std::unique_ptr<Session> session_;
+  FrameView view_;
   std::future<void> retired_;  // ends the jobs of the session before
 };
 

@@ -1,5 +1,6 @@
 #pragma once
 // Matching landmarks to keypoints by projecting them into a frame whose pose is roughly known.
+#include <cstddef>
 #include <vector>
 
 #include "planar_vslam/map/map.h"
@@ -14,11 +15,18 @@ struct ProjectionSearchOptions {
   double ratio = 0.8;     // best below ratio * second best, when both have the same octave
 };
 
+// A match that the pose did not bear out: the landmark is not where the map has it, or it is another one.
+struct RefusedMatch {
+  std::size_t keypoint = 0;
+  LandmarkId landmark;
+};
+
 // What a frame shows of the landmarks asked for. `landmarks` has one entry per keypoint, invalid where unmatched.
 struct FrameMatches {
   std::vector<LandmarkId> landmarks;
-  std::vector<LandmarkId> visible;  // landmarks that should be seen: in the image, at a plausible distance and angle
-  int count = 0;                    // matched keypoints
+  std::vector<LandmarkId> visible;    // landmarks that should be seen: in the image, at a plausible distance and angle
+  int count = 0;                      // matched keypoints
+  std::vector<RefusedMatch> refused;  // once the pose has been found; a keypoint may have been matched anew since
 };
 
 // Adds matches for `candidates` (ids that no longer exist are passed over) to `matches`, leaving the keypoints that are
