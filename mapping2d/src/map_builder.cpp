@@ -246,6 +246,10 @@ Expected<bool> MapBuilder::WriteOctomap(const std::filesystem::path& path) const
   return WriteOctomapFile(state_->KnownVoxels(), state_->options.resolution, state_->options.occupied_threshold, path);
 }
 
+std::string MapBuilder::OctomapData(OctomapForm form) const {
+  return OctomapStream(state_->KnownVoxels(), state_->options.resolution, state_->options.occupied_threshold, form);
+}
+
 std::vector<OccupiedCube> MapBuilder::OccupiedCubes() const {
   return OccupiedLeaves(state_->KnownVoxels(), state_->options.resolution, state_->options.occupied_threshold);
 }

@@ -4,6 +4,7 @@
 
 #include <fstream>
 #include <memory>
+#include <sstream>
 
 namespace planar_vslam {
 namespace {
@@ -44,6 +45,21 @@ Expected<bool> WriteOctomapFile(const std::vector<OctomapVoxel>& voxels, double 
     return Error{path.string() + ": cannot be written (is the folder there, and space left?)"};
   }
   return true;
+}
+
+std::string OctomapStream(const std::vector<OctomapVoxel>& voxels, double resolution, double occupied_threshold,
+                          OctomapForm form) {
+  if (voxels.empty()) return "";
+  const std::unique_ptr<octomap::OcTree> tree = MakeTree(voxels, resolution, occupied_threshold);
+  std::ostringstream out;
+  if (form == OctomapForm::kFull) {
+    tree->writeData(out);
+  } else {
+    tree->toMaxLikelihood();
+    tree->prune();
+    tree->writeBinaryData(out);
+  }
+  return out.str();
 }
 
 std::vector<OccupiedCube> OccupiedLeaves(const std::vector<OctomapVoxel>& voxels, double resolution,

@@ -2,6 +2,7 @@
 // The only header that knows OctoMap: voxels to its trees and files.
 #include <cstdint>
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "planar_vslam/geometry/expected.h"
@@ -18,6 +19,10 @@ struct OctomapVoxel {
 // Full tree with log-odds where the name ends in .ot, else the binary one.
 Expected<bool> WriteOctomapFile(const std::vector<OctomapVoxel>& voxels, double resolution, double occupied_threshold,
                                 const std::filesystem::path& path);
+
+// What such a file has after its text header.
+std::string OctomapStream(const std::vector<OctomapVoxel>& voxels, double resolution, double occupied_threshold,
+                          OctomapForm form);
 
 // The occupied leaves of the pruned maximum likelihood tree.
 std::vector<OccupiedCube> OccupiedLeaves(const std::vector<OctomapVoxel>& voxels, double resolution,

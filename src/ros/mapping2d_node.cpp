@@ -8,6 +8,7 @@
 
 #include "converters.h"
 #include "markers.h"
+#include "octomap_topics.h"
 #include "parameter_reader.h"
 #include "planar_vslam/map/map_file.h"
 #include "planar_vslam/pipeline/navigation_map.h"
@@ -64,12 +65,24 @@ int Run() {
   std_msgs::Header header;
   header.stamp = ros::Time::now();
   header.frame_id = settings.map_frame;
+  const std::vector<OccupiedCube> cubes = builder.OccupiedCubes();
+  if (cubes.empty()) {
+    const MapBuilderOptions& o = settings.pipeline.mapping2d;
+    ROS_WARN(
+        "no voxel is occupied: the map has no sweeps, and no landmark within mapping2d.visual_range (%.1f m) is "
+        "known to mapping2d.visual_hit_sigma (%.2f m)",
+        o.visual_range, o.visual_hit_sigma);
+  }
+  const auto tree = [&](OctomapForm form) {
+    return ToOctomap(header, settings.pipeline.mapping2d.resolution, builder.OctomapData(form), form);
+  };
   const nav_msgs::OccupancyGrid grid = ToOccupancyGrid(header, builder.Grid());
   ros::NodeHandle node;
   const std::vector<ros::Publisher> publishers{
       Latch(&node, "map", grid),
-      Latch(&node, "octomap_markers",
-            ToOctomapMarkers(header, settings.pipeline.mapping2d.resolution, builder.OccupiedCubes())),
+      Latch(&node, "octomap_markers", ToOctomapMarkers(header, settings.pipeline.mapping2d.resolution, cubes)),
+      Latch(&node, "octomap_binary", tree(OctomapForm::kBinary)),
+      Latch(&node, "octomap_full", tree(OctomapForm::kFull)),
       Latch(&node, "graph", ToGraphMarkers(header, settings.saved.map, {})),
       Latch(&node, "map_points", ToPointCloud(header, LandmarkCloud(settings.saved.map)))};
   using Get = nav_msgs::GetMap;

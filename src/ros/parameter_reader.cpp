@@ -3,8 +3,21 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <sstream>
 
 namespace planar_vslam::ros_face {
+
+bool ParseList(const std::string& text, std::vector<std::string>* words) {
+  if (text.size() < 2 || text.front() != '[' || text.back() != ']') return false;
+  words->clear();
+  std::istringstream list(text.substr(1, text.size() - 2));
+  for (std::string word; std::getline(list, word, ',');) {
+    const std::size_t begin = word.find_first_not_of(' ');
+    if (begin == std::string::npos) return false;
+    words->push_back(word.substr(begin, word.find_last_not_of(' ') - begin + 1));
+  }
+  return true;
+}
 
 void ParameterReader::RequirePositive(const std::string& name, double value) {
   if (!(value > 0.0)) Report(name, fmt::format("is {}; expected a number over 0", value));

@@ -3,9 +3,13 @@
 #include <ros/node_handle.h>
 
 #include <string>
+#include <type_traits>
 #include <vector>
 
 namespace planar_vslam::ros_face {
+
+// "[a, b]" as rosrun passes a list on: words between brackets and commas. False where it is none.
+bool ParseList(const std::string& text, std::vector<std::string>* words);
 
 // Reads the parameters of one node and remembers which there are.
 class ParameterReader {
@@ -18,6 +22,10 @@ class ParameterReader {
   void Read(const std::string& name, const char* expected, T* value) {
     known_.push_back(name);
     if (!node_.hasParam(name) || node_.getParam(name, *value)) return;
+    if constexpr (std::is_same_v<T, std::vector<std::string>>) {
+      std::string text;
+      if (node_.getParam(name, text) && ParseList(text, value)) return;
+    }
     Report(name, std::string("wrong type; expected ") + expected);
   }
   void RequirePositive(const std::string& name, double value);

@@ -86,8 +86,11 @@ MapPublisher::MapPublisher(ros::NodeHandle* node, const NodeSettings& settings)
       map_points_(node->advertise<sensor_msgs::PointCloud2>("map_points", 1, true)),
       path_(node->advertise<nav_msgs::Path>("path", 1, true)),
       keyframes_(node->advertise<geometry_msgs::PoseArray>("keyframes", 1, true)),
-      octomap_(node->advertise<visualization_msgs::MarkerArray>("octomap_markers", 1)),
-      graph_(node->advertise<visualization_msgs::MarkerArray>("graph", 1)) {}
+      graph_(node->advertise<visualization_msgs::MarkerArray>("graph", 1)) {
+  // Who subscribes is served by the builder, which is there only now.
+  octomap_.emplace(node, settings.pipeline.mapping2d.resolution,
+                   [this] { builder_.Submit([this] { PublishOctomap(); }); });
+}
 
 void MapPublisher::OnFrame(const TrackingLoop& loop, Timestamp stamp) {
   if (building_ || loop.map() == nullptr) return;
@@ -114,7 +117,7 @@ void MapPublisher::OnRestart() {
   path_.publish(ToPath(header, {}));
   keyframes_.publish(ToPoseArray(header, Map{}));
   graph_.publish(ToGraphMarkers(header, Map{}, {}));
-  octomap_.publish(ToOctomapMarkers(header, settings_.pipeline.mapping2d.resolution, {}));
+  octomap_->Clear(header);
   if (!grid_.has_value()) return;
   OccupancyGrid2d nothing_known = *grid_;
   constexpr std::int8_t kUnknown = -1;
@@ -139,11 +142,15 @@ void MapPublisher::Publish(const EstimatorSnapshot& snapshot, const std::vector<
   if (!grid_due) return;
   navigation_.Update(*snapshot.map, snapshot.camera);
   PublishGrid(header, navigation_.builder().Grid(), generation);
-  if (octomap_.getNumSubscribers() == 0) return;
-  const auto cubes = navigation_.builder().OccupiedCubes();
+  octomap_header_ = header;
+  octomap_generation_ = generation;
+  PublishOctomap();
+}
+
+void MapPublisher::PublishOctomap() {
+  const OctomapTopics::Messages messages = octomap_->Make(octomap_header_, navigation_.builder());
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (generation != generation_) return;
-  octomap_.publish(ToOctomapMarkers(header, settings_.pipeline.mapping2d.resolution, cubes));
+  if (octomap_generation_ == generation_) octomap_->Publish(messages);
 }
 
 void MapPublisher::PublishGrid(const std_msgs::Header& header, const OccupancyGrid2d& grid, long generation) {

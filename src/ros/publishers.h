@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "markers.h"
+#include "octomap_topics.h"
 #include "parameters.h"
 #include "planar_vslam/pipeline/executor.h"
 #include "planar_vslam/pipeline/navigation_map.h"
@@ -41,12 +42,15 @@ class LocalizationPublisher {
   ros::Timer timer_;  // last: stops before the rest goes
 };
 
-// `map`, `map_updates`, `map_points`, `path`, `keyframes`, `octomap_markers`, `graph`, built on a thread of their own
-// from snapshots. `map` comes whole to who subscribes and whenever its bounds change; in between `map_updates` has the
-// changed rectangle.
+// `map`, `map_updates`, `map_points`, `path`, `keyframes`, `graph` and those of the OctoMap, built on a thread of their
+// own from snapshots. `map` comes whole to who subscribes and whenever its bounds change; in between `map_updates` has
+// the changed rectangle.
 class MapPublisher {
  public:
   MapPublisher(ros::NodeHandle* node, const NodeSettings& settings);
+  ~MapPublisher() { octomap_->Shutdown(); }
+  MapPublisher(const MapPublisher&) = delete;
+  MapPublisher& operator=(const MapPublisher&) = delete;
 
   // On the tracking thread, after a frame: takes a snapshot when something is due and the builder is idle.
   void OnFrame(const TrackingLoop& loop, Timestamp stamp);
@@ -60,15 +64,20 @@ class MapPublisher {
   void Publish(const EstimatorSnapshot& snapshot, const std::vector<KeyframePair>& loops, bool grid_due,
                long generation);
   void PublishGrid(const std_msgs::Header& header, const OccupancyGrid2d& grid, long generation);
+  // On the builder's thread: of the map as it was updated last, unless that is void.
+  void PublishOctomap();
   void OnMapSubscriber(const ros::SingleSubscriberPublisher& subscriber);
 
   const NodeSettings settings_;
-  NavigationMap navigation_;  // of the builder's thread
+  NavigationMap navigation_;         // of the builder's thread
+  std_msgs::Header octomap_header_;  // likewise
+  long octomap_generation_ = -1;     // likewise; none yet
   std::mutex mutex_;
   std::optional<OccupancyGrid2d> grid_;  // as published last
   long generation_ = 0;                  // a restart begins a new one: what is built of maps before is dropped
   std_msgs::Header grid_header_;
-  ros::Publisher map_, map_updates_, map_points_, path_, keyframes_, octomap_, graph_;
+  ros::Publisher map_, map_updates_, map_points_, path_, keyframes_, graph_;
+  std::optional<OctomapTopics> octomap_;  // never empty
   std::optional<Timestamp> last_grid_, last_points_;
   std::atomic<bool> building_{false};
   WorkerExecutor builder_;  // last: its jobs end before the rest goes

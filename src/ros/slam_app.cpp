@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "debug_image.h"
 #include "planar_vslam/io/message_values.h"
 #include "publishers.h"
 #include "services.h"
@@ -22,6 +23,7 @@ class SlamApp::Implementation {
         localization_(&node_, settings),
         maps_(&node_, settings),
         state_(&node_, settings),
+        debug_image_(node_, settings),
         tracking_(settings, node_.resolveName("image"),
                   {[this](const FrameReport& report) { reports_.push_back(report); }, [this] { OnRestart(); },
                    std::move(on_map_refused)},
@@ -95,6 +97,7 @@ class SlamApp::Implementation {
       diagnostics_.OnFrame(report);
       maps_.OnFrame(loop, report.stamp);
     }
+    if (!reports_.empty()) debug_image_.OnFrame(reports_.back(), loop);
     reports_.clear();
     state_.OnInput(loop);
     diagnostics_.OnInput(loop);
@@ -112,6 +115,7 @@ class SlamApp::Implementation {
   LocalizationPublisher localization_;
   MapPublisher maps_;
   StatePublisher state_;
+  DebugImagePublisher debug_image_;
   TrackingThread tracking_;
   DiagnosticsPublisher diagnostics_;
   std::optional<Services> services_;

@@ -216,6 +216,7 @@ bool TrackingLoop::Use(const WaitingImage& image) {
     waiting_for_ = fmt::format("tf {} -> {}", base_frame_, image.frame_id);
     return false;
   }
+  image_frame_ = image.frame_id;
   Expected<GrayImage> gray = image.decode();
   if (!gray.ok()) {
     ROS_WARN_THROTTLE(10.0, "%s: %s", image_topic_.c_str(), gray.error().message.c_str());

@@ -57,6 +57,7 @@ class TrackingLoop {
   // Input that could not be used, by reason.
   std::map<std::string, long> unused() const;
   std::shared_ptr<const Map> map() const { return estimator_ != nullptr ? estimator_->map() : nullptr; }
+  const std::string& image_frame() const { return image_frame_; }  // of the last image used
   // Null before the first image whose camera is known.
   const Estimator* estimator() const { return estimator_.get(); }
 
@@ -119,6 +120,7 @@ class TrackingLoop {
   io::OdometrySurvey odometry_survey_;
   io::GreyDepth depth_;  // of the images
   std::unique_ptr<Estimator> estimator_;
+  std::string image_frame_;
   bool paused_ = false;
   bool refused_ = false;  // the map to start from does not fit
   std::string waiting_for_;

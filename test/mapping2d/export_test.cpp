@@ -6,6 +6,7 @@
 #include <fstream>
 #include <iterator>
 #include <memory>
+#include <sstream>
 
 #include "planar_vslam/mapping2d/map_builder.h"
 #include "support/support.h"
@@ -80,6 +81,19 @@ TEST(WriteOctomap, SameInputGivesTheSameBytes) {
     ASSERT_TRUE(SmallMap().WriteOctomap(folder.path() / name).ok());
   EXPECT_EQ(Bytes(folder.path() / "a.bt"), Bytes(folder.path() / "b.bt"));
   EXPECT_EQ(Bytes(folder.path() / "a.ot"), Bytes(folder.path() / "b.ot"));
+}
+
+TEST(OctomapData, IsReadAsTheMessagesConversionsDo) {
+  const MapBuilder builder = SmallMap();
+  std::istringstream binary(builder.OctomapData(OctomapForm::kBinary)), full(builder.OctomapData(OctomapForm::kFull));
+  octomap::OcTree from_binary(0.05), from_full(0.05);
+  from_binary.readBinaryData(binary);
+  from_full.readData(full);
+  ExpectWallAndRoom(from_binary);
+  ExpectWallAndRoom(from_full);
+  EXPECT_GT(from_full.search(2.025, 0.025, 0.225)->getOccupancy(), 0.9) << "five hits";
+  EXPECT_EQ(MapBuilder{MapBuilderOptions{}}.OctomapData(OctomapForm::kBinary), "");
+  EXPECT_EQ(MapBuilder{MapBuilderOptions{}}.OctomapData(OctomapForm::kFull), "");
 }
 
 TEST(OccupiedCubes, AreTheOccupiedLeaves) {

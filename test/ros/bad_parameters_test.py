@@ -9,10 +9,10 @@ import rospy
 import rostest
 
 
-def run_node(name, parameters, kind="slam_node"):
+def run_node(name, parameters, kind="slam_node", arguments=()):
     for key, value in parameters.items():
         rospy.set_param(f"/{name}/{key}", value)
-    command = [roslib.packages.find_node("planar_vslam", kind)[0], f"__name:={name}"]
+    command = [roslib.packages.find_node("planar_vslam", kind)[0], f"__name:={name}", *arguments]
     return subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=30, text=True)
 
 
@@ -33,6 +33,14 @@ class BadParameters(unittest.TestCase):
         result = run_node("transport", {"image_transport": "pigeon"})
         self.assertEqual(result.returncode, 2, result.stdout)
         self.assertIn("pigeon", result.stdout)
+
+    def test_lists_on_the_command_line(self):
+        result = run_node("listed", {}, arguments=["_set:=[mode=localization, no.such_key=1]"])
+        self.assertEqual(result.returncode, 2, result.stdout)
+        self.assertIn("no.such_key", result.stdout)
+        self.assertIn("map_file", result.stdout, "localization needs one")
+        result = run_node("unlisted", {}, arguments=["_set:=mode=localization"])
+        self.assertIn("expected a list", result.stdout)
 
     def test_mapping2d_node(self):
         result = run_node("saved", {"map_file": "/nonexistent/lab.pvm", "mode": "mapping"}, "mapping2d_node")

@@ -12,10 +12,10 @@ from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 from planar_vslam.msg import State
 from planar_vslam.srv import LoadMap, SetMode
+from ros_testing import wait_for
 from std_srvs.srv import Empty, Trigger
 from tf2_msgs.msg import TFMessage
 
-PATIENCE = 30.0  # s of wall time
 TOLERANCE = 0.1  # s, transform_tolerance by default
 PERIOD = 0.02  # s between odometry
 
@@ -46,14 +46,6 @@ class Wheels(threading.Thread):
             if self.late is not None:
                 self.send(self.now - self.late)
             time.sleep(PERIOD)
-
-
-def wait_for(condition, what):
-    end = time.time() + PATIENCE
-    while not condition():
-        if time.time() > end or rospy.is_shutdown():
-            raise AssertionError('waited in vain for ' + what)
-        time.sleep(0.02)
 
 
 class Contract(unittest.TestCase):

@@ -9,21 +9,13 @@ import unittest
 import rosgraph
 import rospy
 import rostest
+from ros_testing import PATIENCE, wait_for
 
 ROUNDS = 5
-PATIENCE = 30.0  # s of wall time
 
 
 def services():
     return {name for name, _ in rosgraph.Master('/nodelet_test').getSystemState()[2]}
-
-
-def wait_for(condition, what):
-    end = time.time() + PATIENCE
-    while not condition():
-        if time.time() > end:
-            raise AssertionError('waited in vain for ' + what)
-        time.sleep(0.05)
 
 
 def load(name):

@@ -119,6 +119,9 @@ struct OccupiedCube {
   float size = 0.0F;                                 // m
 };
 
+// Occupied or free, as in a .bt file, or with log-odds, as in an .ot file.
+enum class OctomapForm { kBinary, kFull };
+
 class MapBuilder {
  public:
   explicit MapBuilder(const MapBuilderOptions& options);
@@ -148,6 +151,9 @@ class MapBuilder {
   OccupancyGrid2d LaserGrid() const;
   // The fused voxels that are occupied or free, as OctoMap's .bt, or with probabilities where the name ends in .ot.
   Expected<bool> WriteOctomap(const std::filesystem::path& path) const;
+  // The same as octomap_msgs/Octomap carries it, id "OcTree": a file's data without its text header. Empty where
+  // nothing is known.
+  std::string OctomapData(OctomapForm form) const;
   // The occupied leaves of what WriteOctomap writes as .bt: eight full neighbours are one cube.
   std::vector<OccupiedCube> OccupiedCubes() const;
   std::size_t VoxelCount() const;  // known to the layers in use
