@@ -100,11 +100,15 @@ def write_results(options, results):
     record = {'command': command_line(),
               'commit': options.commit or commit_of_tree(), 'date': datetime.date.today().isoformat(), 'machine': machine(),
               'seconds': round(time.time() - STARTED, 1), 'results': results}
-    temporary = options.json + '.part'
+    write_json(options.json, record)
+
+
+def write_json(path, value):
+    temporary = path + '.part'
     with open(temporary, 'w') as file:
-        json.dump(rounded(record), file, indent=1)
+        json.dump(rounded(value), file, indent=1)
         file.write('\n')
-    os.replace(temporary, options.json)
+    os.replace(temporary, path)
 
 
 def command_line():
