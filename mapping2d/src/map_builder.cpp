@@ -196,6 +196,12 @@ void MapBuilder::RemoveEpoch(int epoch) {
   state_->laser.RemoveEpoch(epoch);
 }
 
+void MapBuilder::SetBand(double band_min, double band_max) {
+  PV_CHECK(band_min >= 0.0 && band_min < band_max, "band_min=" << band_min << " band_max=" << band_max);
+  state_->options.band_min = band_min;
+  state_->options.band_max = band_max;
+}
+
 void MapBuilder::SetOverhangs(std::vector<Overhang> overhangs) { state_->overhangs = std::move(overhangs); }
 const std::vector<Overhang>& MapBuilder::overhangs() const { return state_->overhangs; }
 

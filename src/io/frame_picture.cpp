@@ -6,7 +6,7 @@ namespace planar_vslam::io {
 namespace {
 
 const cv::Scalar kGreen(80, 220, 60), kRed(60, 60, 255), kGrey(170, 170, 170), kWhite(255, 255, 255);
-constexpr int kLineHeight = 16;  // px of a line of text
+constexpr int kLineHeight = 18;  // px of a line of text
 
 cv::Point ToPoint(double x, double y) { return {cvRound(x), cvRound(y)}; }
 cv::Point PointOf(const Keypoint& keypoint) { return ToPoint(keypoint.raw_pixel.x(), keypoint.raw_pixel.y()); }
@@ -36,7 +36,7 @@ ColorImage DrawFrame(const FrameView& view, const std::vector<std::string>& text
   cv::Mat image = canvas.rowRange(0, size.height);
   cv::cvtColor(grey, image, cv::COLOR_GRAY2BGR);
   if (view.features != nullptr) DrawKeypoints(view, &image);
-  constexpr double kFont = 0.9;
+  constexpr double kFont = 1.1;
   constexpr int kMargin = 4;  // px
   for (int line = 0; line < lines; ++line) {
     const cv::Point at(kMargin, size.height + (line + 1) * kLineHeight - kMargin);

@@ -2,6 +2,7 @@
 // The private parameters of a node, with everything that is wrong with them.
 #include <ros/node_handle.h>
 
+#include <optional>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -27,6 +28,13 @@ class ParameterReader {
       if (node_.getParam(name, text) && ParseList(text, value)) return;
     }
     Report(name, std::string("wrong type; expected ") + expected);
+  }
+  // One without a default of its own.
+  template <class T>
+  void Read(const std::string& name, const char* expected, std::optional<T>* value) {
+    T read{};
+    Read(name, expected, &read);
+    if (node_.hasParam(name)) *value = read;
   }
   void RequirePositive(const std::string& name, double value);
   // A misspelt parameter must not be a default in disguise. Deeper names belong to plugins.

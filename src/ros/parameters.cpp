@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <optional>
+
 #include "parameter_reader.h"
+#include "run_time_server.h"
 
 namespace planar_vslam::ros_face {
 namespace {
@@ -42,6 +45,23 @@ void ReadSavedMap(const std::string& file, NodeSettings* settings, std::vector<s
 
 }  // namespace
 
+RunTimeSettings RunTimeOf(const NodeSettings& settings) {
+  const MapBuilderOptions& grid = settings.pipeline.mapping2d;
+  return {settings.tf_rate,    settings.transform_tolerance,
+          settings.map_period, settings.map_points_period,
+          grid.band_min,       grid.band_max};
+}
+
+NodeSettings With(NodeSettings settings, const RunTimeSettings& run_time) {
+  settings.tf_rate = run_time.tf_rate;
+  settings.transform_tolerance = run_time.transform_tolerance;
+  settings.map_period = run_time.map_period;
+  settings.map_points_period = run_time.map_points_period;
+  settings.pipeline.mapping2d.band_min = run_time.band_min;
+  settings.pipeline.mapping2d.band_max = run_time.band_max;
+  return settings;
+}
+
 NodeSettings ReadSettings(const ros::NodeHandle& node, std::vector<std::string>* problems) {
   NodeSettings settings;
   std::string config, map_file, mode, odometry_source = "topic", map_directory = settings.map_directory.string();
@@ -64,18 +84,19 @@ NodeSettings ReadSettings(const ros::NodeHandle& node, std::vector<std::string>*
   reader.Read("path_frames", "a whole number", &settings.path_frames);
   reader.Read("queue_size_images", "a whole number", &settings.queue_size_images);
   reader.Read("lossless", "true or false", &settings.lossless);
-  reader.RequirePositive("tf_rate", settings.tf_rate);
-  reader.RequirePositive("map_period", settings.map_period);
-  reader.RequirePositive("map_points_period", settings.map_points_period);
   reader.RequirePositive("path_frames", settings.path_frames);
   reader.RequirePositive("queue_size_images", settings.queue_size_images);
-  if (settings.transform_tolerance < 0.0)
-    problems->push_back("transform_tolerance: is negative; expected at least 0 s");
   if (settings.map_frame.empty()) problems->push_back("map_frame: is empty; expected a frame name");
+  std::optional<double> band_min, band_max;
+  reader.Read("obstacle_band_min", "a number (m)", &band_min);
+  reader.Read("obstacle_band_max", "a number (m)", &band_max);
   reader.RefuseUnknown();
   settings.map_directory = map_directory;
   if (!mode.empty()) assignments.push_back("mode=" + mode);
   settings.pipeline = CollectOptions(config, assignments, problems);
+  settings.pipeline.mapping2d.band_min = band_min.value_or(settings.pipeline.mapping2d.band_min);
+  settings.pipeline.mapping2d.band_max = band_max.value_or(settings.pipeline.mapping2d.band_max);
+  for (const std::string& problem : RunTimeProblems(RunTimeOf(settings))) problems->push_back(problem);
   ReadOdometrySource(odometry_source, &settings, problems);
   ReadSavedMap(map_file, &settings, problems);
   return settings;

@@ -35,6 +35,18 @@ struct NodeSettings {
   bool has_base() const { return !pipeline.topics.base_frame.empty(); }
 };
 
+// What may change while the node runs (cfg/Slam.cfg).
+struct RunTimeSettings {
+  double tf_rate = 0.0;                   // Hz
+  double transform_tolerance = 0.0;       // s
+  double map_period = 0.0;                // s
+  double map_points_period = 0.0;         // s
+  double band_min = 0.0, band_max = 0.0;  // m, heights that are obstacles of the grid
+};
+RunTimeSettings RunTimeOf(const NodeSettings& settings);
+// The settings with these in their place.
+NodeSettings With(NodeSettings settings, const RunTimeSettings& run_time);
+
 // One line in `problems` for everything that is wrong, unknown parameters included.
 NodeSettings ReadSettings(const ros::NodeHandle& node, std::vector<std::string>* problems);
 

@@ -32,7 +32,9 @@ std::vector<KeyframePair> LoopsOf(const Map& map, const EstimatorReport& report)
 }  // namespace
 
 LocalizationPublisher::LocalizationPublisher(ros::NodeHandle* node, const NodeSettings& settings)
-    : settings_(settings), pose_(node->advertise<geometry_msgs::PoseWithCovarianceStamped>("pose", 50)) {
+    : settings_(settings),
+      pose_(node->advertise<geometry_msgs::PoseWithCovarianceStamped>("pose", 50)),
+      transform_tolerance_(settings.transform_tolerance) {
   if (!settings_.publish_tf || !settings_.with_odometry()) return;
   timer_ = node->createTimer(ros::Duration(1.0 / settings_.tf_rate), [this](const ros::TimerEvent&) { Broadcast(); });
 }
@@ -53,6 +55,12 @@ void LocalizationPublisher::OnRestart() {
   T_map_odom_.reset();
 }
 
+void LocalizationPublisher::Apply(const RunTimeSettings& settings) {
+  timer_.setPeriod(ros::Duration(1.0 / settings.tf_rate));
+  const std::lock_guard<std::mutex> lock(mutex_);
+  transform_tolerance_ = settings.transform_tolerance;
+}
+
 void LocalizationPublisher::OnOdometry(const ros::Time& stamp) {
   const std::lock_guard<std::mutex> lock(mutex_);
   // Stamps of tf only grow. A clock that went back starts anew, sooner here than the tracking thread hears of it.
@@ -69,7 +77,7 @@ void LocalizationPublisher::Broadcast() {
     // tf refuses the same stamp twice.
     if (odometry_stamp_.isZero() || odometry_stamp_ == broadcast_stamp_) return;
     broadcast_stamp_ = odometry_stamp_;
-    stamp = odometry_stamp_ + ros::Duration(settings_.transform_tolerance);
+    stamp = odometry_stamp_ + ros::Duration(transform_tolerance_);
     T_map_odom = T_map_odom_.value_or(Rigid2());
   }
   broadcaster_.sendTransform(ToTransform(MakeHeader(ToTimestamp(stamp), settings_.map_frame),
@@ -78,6 +86,7 @@ void LocalizationPublisher::Broadcast() {
 
 MapPublisher::MapPublisher(ros::NodeHandle* node, const NodeSettings& settings)
     : settings_(settings),
+      run_time_(RunTimeOf(settings)),
       navigation_(settings.pipeline.mapping2d, LandmarkAcceptance::For(settings.pipeline.pixel_sigma),
                   NavigationTolerance::For(settings.pipeline.mapping2d.resolution)),
       map_(node->advertise<nav_msgs::OccupancyGrid>(
@@ -94,8 +103,9 @@ MapPublisher::MapPublisher(ros::NodeHandle* node, const NodeSettings& settings)
 
 void MapPublisher::OnFrame(const TrackingLoop& loop, Timestamp stamp) {
   if (building_ || loop.map() == nullptr) return;
-  const bool grid_due = loop.map()->metric && IsDue(&last_grid_, stamp, settings_.map_period);
-  const bool points_due = IsDue(&last_points_, stamp, settings_.map_points_period);
+  const RunTimeSettings run_time = this->run_time();
+  const bool grid_due = loop.map()->metric && IsDue(&last_grid_, stamp, run_time.map_period);
+  const bool points_due = IsDue(&last_points_, stamp, run_time.map_points_period);
   if (!grid_due && !points_due) return;
   building_ = true;
   builder_.Submit([this, snapshot = *loop.Snapshot(), loops = LoopsOf(*loop.map(), loop.estimator()->report()),
@@ -103,6 +113,18 @@ void MapPublisher::OnFrame(const TrackingLoop& loop, Timestamp stamp) {
     Publish(snapshot, loops, grid_due, generation);
     building_ = false;
   });
+}
+
+void MapPublisher::Apply(const RunTimeSettings& settings) {
+  const std::lock_guard<std::mutex> lock(run_time_mutex_);
+  run_time_ = settings;
+}
+
+NodeSettings MapPublisher::settings() const { return With(settings_, run_time()); }
+
+RunTimeSettings MapPublisher::run_time() const {
+  const std::lock_guard<std::mutex> lock(run_time_mutex_);
+  return run_time_;
 }
 
 void MapPublisher::OnRestart() {
@@ -140,6 +162,8 @@ void MapPublisher::Publish(const EstimatorSnapshot& snapshot, const std::vector<
     if (graph_.getNumSubscribers() > 0) graph_.publish(ToGraphMarkers(header, *snapshot.map, loops));
   }
   if (!grid_due) return;
+  const RunTimeSettings run_time = this->run_time();
+  navigation_.SetBand(run_time.band_min, run_time.band_max);
   navigation_.Update(*snapshot.map, snapshot.camera);
   PublishGrid(header, navigation_.builder().Grid(), generation);
   octomap_header_ = header;

@@ -27,6 +27,7 @@ class LocalizationPublisher {
 
   void OnFrame(const FrameReport& report);
   void OnRestart();
+  void Apply(const RunTimeSettings& settings);
   // Of the newest odometry that has arrived, tracked or not.
   void OnOdometry(const ros::Time& stamp);
 
@@ -37,6 +38,7 @@ class LocalizationPublisher {
   ros::Publisher pose_;
   tf2_ros::TransformBroadcaster broadcaster_;
   std::mutex mutex_;
+  double transform_tolerance_;  // s
   std::optional<Rigid2> T_map_odom_;
   ros::Time odometry_stamp_, broadcast_stamp_;
   ros::Timer timer_;  // last: stops before the rest goes
@@ -56,6 +58,10 @@ class MapPublisher {
   void OnFrame(const TrackingLoop& loop, Timestamp stamp);
   // The map so far is void: subscribers get a grid of unknown cells, and no points, path and keyframes.
   void OnRestart();
+  // From any thread. The band counts from the next grid on.
+  void Apply(const RunTimeSettings& settings);
+  // With what was applied.
+  NodeSettings settings() const;
   // As published last; nothing before, and after a restart.
   std::optional<nav_msgs::OccupancyGrid> grid();
 
@@ -64,11 +70,14 @@ class MapPublisher {
   void Publish(const EstimatorSnapshot& snapshot, const std::vector<KeyframePair>& loops, bool grid_due,
                long generation);
   void PublishGrid(const std_msgs::Header& header, const OccupancyGrid2d& grid, long generation);
+  RunTimeSettings run_time() const;
   // On the builder's thread: of the map as it was updated last, unless that is void.
   void PublishOctomap();
   void OnMapSubscriber(const ros::SingleSubscriberPublisher& subscriber);
 
   const NodeSettings settings_;
+  mutable std::mutex run_time_mutex_;
+  RunTimeSettings run_time_;
   NavigationMap navigation_;         // of the builder's thread
   std_msgs::Header octomap_header_;  // likewise
   long octomap_generation_ = -1;     // likewise; none yet

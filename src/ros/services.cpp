@@ -112,7 +112,7 @@ Expected<std::string> Services::SaveMap(const std::string& name) {
   });
   if (!taken.ok()) return taken.error();
   if (!snapshot.has_value()) return Error{"there is no map yet"};
-  const Expected<std::filesystem::path> file = SaveMapFiles(*snapshot, settings_, name);
+  const Expected<std::filesystem::path> file = SaveMapFiles(*snapshot, maps_->settings(), name);
   if (!file.ok()) return file.error();
   return file->string();
 }

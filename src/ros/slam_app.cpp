@@ -8,6 +8,7 @@
 #include "debug_image.h"
 #include "planar_vslam/io/message_values.h"
 #include "publishers.h"
+#include "run_time_server.h"
 #include "services.h"
 #include "state_publisher.h"
 #include "tracking_thread.h"
@@ -16,8 +17,8 @@ namespace planar_vslam::ros_face {
 
 class SlamApp::Implementation {
  public:
-  Implementation(const ros::NodeHandle& node, const std::string& name, const NodeSettings& settings,
-                 std::function<void(const std::string&)> on_map_refused)
+  Implementation(const ros::NodeHandle& node, const ros::NodeHandle& private_node, const std::string& name,
+                 const NodeSettings& settings, std::function<void(const std::string&)> on_map_refused)
       : settings_(settings),
         node_(node),
         localization_(&node_, settings),
@@ -29,7 +30,11 @@ class SlamApp::Implementation {
                    std::move(on_map_refused)},
                   [this](const TrackingLoop& loop) { OnInput(loop); }),
         diagnostics_(&node_, name, tracking_.queue()),
-        services_(std::in_place, node_, settings, &tracking_, &maps_) {
+        services_(std::in_place, node_, settings, &tracking_, &maps_),
+        run_time_(private_node, RunTimeOf(settings), [this](const RunTimeSettings& run_time) {
+          localization_.Apply(run_time);
+          maps_.Apply(run_time);
+        }) {
     Subscribe();
     tracking_.Start();
   }
@@ -119,13 +124,15 @@ class SlamApp::Implementation {
   TrackingThread tracking_;
   DiagnosticsPublisher diagnostics_;
   std::optional<Services> services_;
+  RunTimeServer run_time_;
   std::vector<ros::Subscriber> subscribers_;
   image_transport::Subscriber image_;
 };
 
-SlamApp::SlamApp(const ros::NodeHandle& node, const std::string& name, const NodeSettings& settings,
-                 std::function<void(const std::string&)> on_map_refused)
-    : implementation_(std::make_unique<Implementation>(node, name, settings, std::move(on_map_refused))) {}
+SlamApp::SlamApp(const ros::NodeHandle& node, const ros::NodeHandle& private_node, const std::string& name,
+                 const NodeSettings& settings, std::function<void(const std::string&)> on_map_refused)
+    : implementation_(std::make_unique<Implementation>(node, private_node, name, settings, std::move(on_map_refused))) {
+}
 
 SlamApp::~SlamApp() = default;
 

@@ -24,7 +24,7 @@ int Run() {
     ros::requestShutdown();
   };
   try {
-    const SlamApp app(ros::NodeHandle(), ros::this_node::getName(), settings, on_map_refused);
+    const SlamApp app(ros::NodeHandle(), private_node, ros::this_node::getName(), settings, on_map_refused);
     ros::spin();
   } catch (const image_transport::TransportLoadException& exception) {
     ROS_FATAL("image_transport: %s", exception.what());

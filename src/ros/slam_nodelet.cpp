@@ -21,7 +21,8 @@ class SlamNodelet : public nodelet::Nodelet {
     if (!problems.empty()) return;
     const auto on_map_refused = [this](const std::string& reason) { NODELET_ERROR("map_file: %s", reason.c_str()); };
     try {
-      app_ = std::make_unique<ros_face::SlamApp>(getNodeHandle(), getName(), settings, on_map_refused);
+      app_ = std::make_unique<ros_face::SlamApp>(getNodeHandle(), getPrivateNodeHandle(), getName(), settings,
+                                                 on_map_refused);
     } catch (const image_transport::TransportLoadException& exception) {
       NODELET_FATAL("image_transport: %s", exception.what());
     }

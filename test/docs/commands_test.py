@@ -46,6 +46,7 @@ NOT_RUN = [
     (r'rosservice call /slam/\S+ .*|rosservice call /\S+( .*)?', 'needs a running node: its name is looked up in src/ros below'),
     (r'rosrun map_server .*', 'another package'),
     (r'rosrun nodelet .*', 'another package: test/ros/nodelet_test.py loads it'),
+    (r'rosrun dynamic_reconfigure .*', 'needs a running node: test/ros/contract_test.py uses its client'),
     (r'rostopic echo \S+', 'needs a running node'),
     (r'roscore &', 'a master of the reader'),
     (r'cmake .*', 'builds the example against an install tree: test/install does that'),

@@ -211,6 +211,16 @@ TEST(MapBuilder, OnlyTheHeightBandBlocks) {
   }
 }
 
+TEST(MapBuilder, AnotherBandCountsForWhatIsInItAlready) {
+  MapBuilder builder(WithoutFootprint());
+  Repeat(6, [&] { builder.InsertPoints(SeenFrom({0.025, 0.025, 0.525}, {{2.025, 0.025, 1.525}})); });
+  EXPECT_EQ(Count(builder.Grid(), 100), 0);
+  builder.SetBand(0.1, 1.8);
+  EXPECT_EQ(Count(builder.Grid(), 100), 1);
+  builder.SetBand(1.6, 1.8);
+  EXPECT_EQ(Count(builder.Grid(), 100), 0);
+}
+
 TEST(MapBuilder, LaserBelowTheBandCountsAndAboveItDoesNot) {
   for (const double height : {0.06, kLaserHeight, 1.6}) {
     MapBuilder builder(WithoutFootprint());

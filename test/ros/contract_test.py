@@ -6,6 +6,7 @@ import threading
 import time
 import unittest
 
+import dynamic_reconfigure.client
 import rospy
 import rostest
 from geometry_msgs.msg import PoseWithCovarianceStamped
@@ -128,6 +129,21 @@ class Contract(unittest.TestCase):
         wait_for(lambda: not self.states[-1].paused and self.states[-1].waiting_for == 'images', 'the end of the pause')
         state = self.states[-1]
         self.assertEqual((state.state, state.localised_by, state.quality, state.time_since_fix), ('initializing', 'nothing', 0.0, -1.0))
+
+    def test_8_rates_change_while_it_runs(self):
+        client = dynamic_reconfigure.client.Client('slam', timeout=30.0)
+        before = client.get_configuration()
+        self.assertEqual((before['tf_rate'], before['obstacle_band_max']), (30.0, 1.3))
+        client.update_configuration({'tf_rate': 5.0, 'transform_tolerance': 0.3})
+        self.more(2)
+        since = time.time()
+        stamps = self.more(5)
+        self.assertGreater(time.time() - since, 0.6, '5 of them at 5 Hz')
+        self.assertLess(min(abs(stamps[-1] - 0.3 - sent) for sent in self.wheels.sent), 1e-6)
+        kept = client.update_configuration({'obstacle_band_min': 2.0, 'tf_rate': 20.0})
+        self.assertEqual((kept['obstacle_band_min'], kept['tf_rate']), (0.1, 5.0), 'no band: nothing is changed')
+        client.update_configuration({name: before[name] for name in ('tf_rate', 'transform_tolerance')})
+        self.assertEqual(rospy.get_param('/slam/tf_rate'), 30.0, 'as a restart finds it')
 
 
 if __name__ == '__main__':

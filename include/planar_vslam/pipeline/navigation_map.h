@@ -57,6 +57,8 @@ class NavigationMap {
   // moved by less than that, the result equals that of a new NavigationMap, to the bit. Returns how many keyframes
   // were integrated or taken out.
   int Update(const Map& map, const CameraModel& camera);
+  // As MapBuilder has it.
+  void SetBand(double band_min, double band_max) { builder_.SetBand(band_min, band_max); }
   const MapBuilder& builder() const& { return builder_; }
   MapBuilder builder() && { return std::move(builder_); }
 

@@ -138,6 +138,8 @@ class MapBuilder {
   void UnmarkFootprint(const Eigen::Vector2d& base_in_map);
   // Takes out all points and scans of the epoch, at once: where most of them move, faster than one by one.
   void RemoveEpoch(int epoch);
+  // Heights that Grid() takes for obstacles from now on, in place of the options': m, 0 <= band_min < band_max.
+  void SetBand(double band_min, double band_max);
   // Horizontal faces that block the cells below them, in place of the ones set before.
   void SetOverhangs(std::vector<Overhang> overhangs);
   const std::vector<Overhang>& overhangs() const;
