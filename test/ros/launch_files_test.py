@@ -1,5 +1,6 @@
 #!/usr/bin/python3
 """Every launch file can be read with its arguments, and names the nodes it should."""
+import glob
 import os
 import subprocess
 import sys
@@ -10,6 +11,7 @@ import roslaunch.config
 import roslaunch.core
 import roslib.packages
 import rostest
+import yaml
 
 # launch file, arguments -> nodes
 CASES = [('slam.launch', [], ['/slam']),
@@ -53,6 +55,19 @@ class LaunchFiles(unittest.TestCase):
             for argument in root.findall('arg'):
                 self.assertTrue(argument.get('doc'), '%s: %s' % (name, argument.get('name')))
                 self.assertIn('`%s`' % argument.get('name'), page, name)
+
+    def test_rviz_shows_topics_that_are_there(self):
+        page = open(os.path.join(FOLDER, '..', 'docs', 'ros_api.md'), encoding='utf-8').read()
+        files = glob.glob(os.path.join(FOLDER, '..', 'rviz', '*.rviz'))
+        self.assertGreater(len(files), 3)
+        for path in files:
+            with open(path) as file:
+                shown = yaml.safe_load(file)
+            self.assertIn('QMainWindow State', shown['Window Geometry'], path + ': panels would fill the window')
+            for display in shown['Visualization Manager']['Displays'] + shown['Visualization Manager']['Tools']:
+                for key in ('Topic', 'Marker Topic', 'Image Topic'):
+                    name = display.get(key, '').replace('/move_base/Navfn', 'Navfn').lstrip('/')
+                    self.assertTrue(not name or '`%s`' % name in page, '%s: %s' % (path, name))
 
     def test_topics_go_where_amcl_has_them(self):
         remaps = node_of('localization.launch', 'map_file:=/maps/lab.pvm', 'pose:=amcl_pose', 'scan:=/base_scan').remap_args
