@@ -20,7 +20,7 @@ class Player:
 
     def __init__(self, options, alive):
         self.options, self.alive = options, alive
-        self.arrivals = {}  # wall time of a pose, by its stamp (ns)
+        self.arrivals, self.poses, self.positions = {}, {}, []  # wall time, x and y of poses, by stamp (ns); s of the drive, x, y
         rospy.init_node('latency_player', disable_signals=True)
         rospy.Subscriber('pose', PoseWithCovarianceStamped, self.on_pose, queue_size=100, tcp_nodelay=True)
         self.messages = self.load()
@@ -29,7 +29,8 @@ class Player:
         self.wait(lambda: all(p.get_num_connections() for t, p in self.publishers.items() if t != '/scan'), 'slam_node')
 
     def on_pose(self, message):
-        self.arrivals[message.header.stamp.to_nsec()] = time.time()
+        stamp, at = message.header.stamp.to_nsec(), message.pose.pose.position
+        self.arrivals[stamp], self.poses[stamp] = time.time(), (at.x, at.y)
 
     def wait(self, condition, what):
         until = time.time() + PATIENCE
@@ -65,12 +66,13 @@ class Player:
             for one in message.transforms if topic.startswith('/tf') else [message]:
                 one.header.stamp = rospy.Time.from_sec(at)
             if isinstance(message, CompressedImage):
-                images.append((message.header.stamp.to_nsec(), at))
+                images.append((message.header.stamp.to_nsec(), at, stamp.to_sec() - dataset_to_bag.EPOCH))
             self.publishers[topic].publish(message)
         time.sleep(1.0)
         if not self.alive():
             raise RuntimeError('slam_node has ended')
-        late = [1000.0 * (self.arrivals[stamp] - at) for stamp, at in images if stamp in self.arrivals]
+        late = [1000.0 * (self.arrivals[stamp] - at) for stamp, at, _ in images if stamp in self.arrivals]
+        self.positions = [(seconds,) + self.poses[stamp] for stamp, _, seconds in images if stamp in self.poses]
         share = (self.cpu_seconds() - cpu) / (time.time() - start)
         return {'images': len(images), 'poses': len(late), 'late_ms': late, 'cpu_share': share}
 
