@@ -69,6 +69,12 @@ PlanarMotion Inflate(PlanarMotion odometry, const Eigen::Vector3d& slip) {
   return odometry;
 }
 
+PlanarMotion Noisier(PlanarMotion odometry, const WheelNoise& noise) {
+  const Eigen::Vector3d factors(noise.way, noise.way, noise.turn);
+  odometry.covariance = factors.asDiagonal() * odometry.covariance * factors.asDiagonal();
+  return odometry;
+}
+
 Eigen::Matrix3d CovarianceWithFloor(const PlanarMotion& motion, const MotionFloor& floor) {
   Eigen::Matrix3d covariance = motion.covariance;
   covariance.diagonal() += Eigen::Vector3d(Square(floor.position), Square(floor.position), Square(floor.heading));

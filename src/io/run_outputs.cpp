@@ -125,7 +125,8 @@ Json WheelsJson(const WheelErrors& wheels) {
   return {{"length", std::exp(wheels.log_length)},
           {"length_sigma", wheels.length_sigma},
           {"turn", std::exp(wheels.log_turn)},
-          {"turn_sigma", wheels.turn_sigma}};
+          {"turn_sigma", wheels.turn_sigma},
+          {"noise", {{"way", wheels.noise.way}, {"turn", wheels.noise.turn}}}};
 }
 
 Json ReportJson(const Estimator& estimator, const RunResult& result, bool deterministic) {

@@ -271,6 +271,7 @@ void Editor::operator()(const CorrectOdometryLinks& step) {
   }
   for (const KeyframeId id : linked) {
     PlanarMotion& motion = map_.keyframes.Edit(id).odometry_link->motion;
+    motion = Noisier(std::move(motion), step.noise);
     motion.T_i_j = ExpSe2(factors.cwiseProduct(LogSe2(motion.T_i_j)));
     motion.distance *= step.length;
     motion.turn *= step.turn;

@@ -62,6 +62,7 @@ void Localization::Follow(const MapChange& change) {
     tracker_.OnMapScaled(*known_.map, change.scaled->applied);
   }
   if (change.accuracy.has_value()) known_.accuracy = change.accuracy;
+  if (change.wheels.has_value()) known_.wheel_noise = change.wheels->noise;
 }
 
 TrackedFrame Localization::Locate(const FramePacket& packet, KeyframeSlot slot, FrameReport* report,
@@ -70,7 +71,9 @@ TrackedFrame Localization::Locate(const FramePacket& packet, KeyframeSlot slot, 
   const Stopwatch extracting;
   frame.features = Extract(&extractor_, packet.image.image, known_.map == nullptr, options_.orb.feature_count);
   report->times.push_back({"frame.extract", extracting.Milliseconds()});
-  if (!packet.odometry.empty()) frame.step = Preintegrate(packet.odometry, model_.odometry_noise);
+  if (!packet.odometry.empty()) {
+    frame.step = Noisier(Preintegrate(packet.odometry, model_.odometry_noise), known_.wheel_noise);
+  }
   const Stopwatch tracking;
   if (known_.map == nullptr && new_map == nullptr) {
     report->waiting_for = "a map to localize in";

@@ -48,9 +48,12 @@ void LearnWheels(const LearntWheels& wheels, const MapJobsContext& context, Map*
   const WheelErrors now = LearnWheelErrors(*map, wheels.first, wheels.prior, wheels.applied,
                                            scale.floor_in_parts ? scale.floor : std::nullopt, context.mapper.model);
   if (IsNews(now, wheels.applied)) {
-    *map =
-        Apply(std::move(*map), {CorrectOdometryLinks{wheels.first, std::exp(now.log_length - wheels.applied.log_length),
-                                                     std::exp(now.log_turn - wheels.applied.log_turn)}});
+    const WheelErrors& was = wheels.applied;
+    *map = Apply(std::move(*map),
+                 {CorrectOdometryLinks{wheels.first,
+                                       std::exp(now.log_length - was.log_length),
+                                       std::exp(now.log_turn - was.log_turn),
+                                       {now.noise.way / was.noise.way, now.noise.turn / was.noise.turn}}});
     change->wheels = now;
     change->scale = AssessScale(*map, context.scale, context.mapper.systematic);
   }

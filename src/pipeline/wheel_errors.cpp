@@ -6,6 +6,8 @@
 #include <optional>
 #include <vector>
 
+#include "wheel_comparison.h"
+
 namespace planar_vslam {
 namespace {
 
@@ -41,72 +43,45 @@ Gaussian Fuse(const std::vector<Share>& shares, const Gaussian& prior, double de
   return posterior;
 }
 
-Rigid2 MotionInMap(const Map& map, KeyframeId i, const Keyframe& j) {
-  return ProjectToPlane(map.keyframes.At(i).T_map_base).Inverse() * ProjectToPlane(j.T_map_base);
-}
-
-int SharedLandmarks(const Map& map, KeyframeId i, const Keyframe& j) {
-  int shared = 0;
-  for (const LandmarkId id : j.landmarks) {
-    if (!id.valid()) continue;
-    const std::vector<Observation>& seen = map.landmarks.At(id).observations;
-    const auto at = std::lower_bound(seen.begin(), seen.end(), i,
-                                     [](const Observation& o, KeyframeId k) { return o.keyframe < k; });
-    shared += at != seen.end() && at->keyframe == i ? 1 : 0;
-  }
-  return shared;
-}
-
-std::vector<Share> TurnShares(const Map& map, KeyframeId first, const MeasurementModel& model) {
-  constexpr int kMinShared = 20;  // landmarks: images say how far the robot turned, not the wheels
+// `times`: that the same part of the drive is compared.
+template <int N>
+std::vector<Share> SharesOf(const std::vector<WheelComparison<N>>& comparisons, double factor, double times) {
   std::vector<Share> shares;
-  const double sway = std::sqrt(2.0) * model.odometry_noise.tilt_floor;  // of the camera, at both ends
-  for (auto it = map.keyframes.From(first); it != map.keyframes.end(); ++it) {
-    const auto& [id, keyframe] = *it;
-    if (!keyframe.odometry_link.has_value()) continue;
-    const MotionLink& link = *keyframe.odometry_link;
-    if (!map.keyframes.Contains(link.from) || SharedLandmarks(map, link.from, keyframe) < kMinShared) continue;
-    const double turn = link.motion.T_i_j.angle;
-    const double off = WrapAngle(MotionInMap(map, link.from, keyframe).angle - turn);
-    const double variance = CovarianceWithFloor(link.motion, model.odometry_noise)(2, 2) + sway * sway;
-    shares.push_back({turn * off / variance, turn * turn / variance, off * off / variance});
+  for (const WheelComparison<N>& c : comparisons) {
+    const auto weight = Eigen::LLT<typename WheelComparison<N>::Matrix>(
+        typename WheelComparison<N>::Matrix(times * (factor * factor * c.of_wheels + c.of_rest)));
+    const auto of = weight.matrixL().solve(c.best).eval(), off = weight.matrixL().solve(c.off).eval();
+    shares.push_back({of.dot(off), of.squaredNorm(), off.squaredNorm()});
   }
   return shares;
 }
 
-// By the wheels from `from` to `id`, where few enough links lead there.
-std::optional<PlanarMotion> ByWheels(const Map& map, KeyframeId from, KeyframeId id) {
-  constexpr int kFarthest = 8;  // links
-  std::optional<PlanarMotion> motion;
-  for (int links = 0; links < kFarthest && from < id; ++links) {
-    const Keyframe* keyframe = map.keyframes.Find(id);
-    if (keyframe == nullptr || !keyframe->odometry_link.has_value()) return std::nullopt;
-    const MotionLink& link = *keyframe->odometry_link;
-    motion = motion.has_value() ? Compose(link.motion, *motion) : link.motion;
-    id = link.from;
-  }
-  return id == from ? motion : std::nullopt;
+template <int N>
+double MedianMisfit(const std::vector<WheelComparison<N>>& comparisons, double share, double factor) {
+  std::vector<double> misfits;
+  misfits.reserve(comparisons.size());
+  for (const Share& s : SharesOf(comparisons, factor, 1.0)) misfits.push_back(Misfit(s, share));
+  const auto middle = misfits.begin() + static_cast<std::ptrdiff_t>(misfits.size() / 2);
+  std::nth_element(misfits.begin(), middle, misfits.end());
+  return *middle;
 }
 
-std::vector<Share> LengthShares(const Map& map, KeyframeId first, const MeasurementModel& model) {
-  std::vector<Share> shares;
-  for (auto it = map.keyframes.From(first); it != map.keyframes.end(); ++it) {
-    const auto& [id, keyframe] = *it;
-    for (const MotionLink& laser : keyframe.laser_links) {
-      if (laser.from < first) continue;
-      const std::optional<PlanarMotion> wheels = ByWheels(map, laser.from, id);
-      if (!wheels.has_value()) continue;
-      const Eigen::Vector2d way = wheels->T_i_j.translation, off = laser.motion.T_i_j.translation - way;
-      // A laser link over several keyframes and the ones between them tell of the same way of the wheels.
-      constexpr double kShared = 2.0;
-      const Eigen::Matrix3d covariance = kShared * (CovarianceWithFloor(laser.motion, model.laser_floor) +
-                                                    CovarianceWithFloor(*wheels, model.odometry_noise));
-      const Eigen::LLT<Eigen::Matrix2d> weight(Eigen::Matrix2d(covariance.topLeftCorner<2, 2>()));
-      const Eigen::Vector2d way_w = weight.matrixL().solve(way), off_w = weight.matrixL().solve(off);
-      shares.push_back({way_w.dot(off_w), way_w.squaredNorm(), off_w.squaredNorm()});
-    }
+// The noise in whole: that applied, `applied`, times what the comparisons show beyond it.
+template <int N>
+double NoiseOf(const std::vector<WheelComparison<N>>& comparisons, double share, double applied) {
+  constexpr double kMost = 6.0;                         // beyond that it is no noise
+  constexpr double kPrior = 20.0;                       // links that what was configured is worth
+  constexpr double kMedian = N == 1 ? 0.4549 : 1.3863;  // of chi-square
+  constexpr int kHalvings = 12;
+  if (comparisons.empty()) return applied;
+  double low = 1.0 / applied, high = kMost / applied;
+  if (MedianMisfit(comparisons, share, low) <= kMedian) return 1.0;
+  for (int k = 0; k < kHalvings; ++k) {
+    const double middle = std::sqrt(low * high);
+    (MedianMisfit(comparisons, share, middle) > kMedian ? low : high) = middle;
   }
-  return shares;
+  const auto count = static_cast<double>(comparisons.size());
+  return std::pow(applied * std::sqrt(low * high), count / (count + kPrior));
 }
 
 Share ShareOf(const ScaleMeasurement& scale) {
@@ -114,25 +89,41 @@ Share ShareOf(const ScaleMeasurement& scale) {
   return {information * off, information, information * off * off};
 }
 
+bool IsOther(double now, double applied) {
+  constexpr double kShare = 0.1;
+  return std::abs(now - applied) > kShare * applied;
+}
+
 }  // namespace
 
 WheelErrors UnknownWheelErrors(const SystematicErrors& systematic) {
-  return {0.0, 0.0, systematic.wheels, systematic.turn};
+  return {0.0, 0.0, systematic.wheels, systematic.turn, {}};
 }
 
 WheelErrors LearnWheelErrors(const Map& map, KeyframeId first, const WheelErrors& prior, const WheelErrors& applied,
                              const std::optional<ScaleMeasurement>& floor, const MeasurementModel& model) {
-  std::vector<Share> lengths = LengthShares(map, first, model);
+  constexpr double kTimes = 2.0;  // a laser link over several keyframes and the ones between them tell of the same way
+  const WheelComparisons compared = CompareWheels(map, first, model);
+  std::vector<Share> lengths = SharesOf(compared.ways_by_laser, 1.0, kTimes);
   if (lengths.empty() && floor.has_value()) lengths.push_back(ShareOf(*floor));
   const Gaussian length = Fuse(lengths, {prior.log_length - applied.log_length, prior.length_sigma}, 2.0);
-  const Gaussian turn = Fuse(TurnShares(map, first, model), {prior.log_turn - applied.log_turn, prior.turn_sigma}, 1.0);
-  return {applied.log_length + length.mean, applied.log_turn + turn.mean, length.sigma, turn.sigma};
+  const Gaussian turn =
+      Fuse(SharesOf(compared.turns, 1.0, 1.0), {prior.log_turn - applied.log_turn, prior.turn_sigma}, 1.0);
+  const bool by_laser = !compared.ways_by_laser.empty();
+  const std::vector<WayComparison>& ways = by_laser ? compared.ways_by_laser : compared.ways_in_map;
+  return {applied.log_length + length.mean,
+          applied.log_turn + turn.mean,
+          length.sigma,
+          turn.sigma,
+          {NoiseOf(ways, by_laser ? length.mean : 0.0, applied.noise.way),
+           NoiseOf(compared.turns, turn.mean, applied.noise.turn)}};
 }
 
 bool IsNews(const WheelErrors& now, const WheelErrors& applied) {
   constexpr double kShare = 0.5;  // of a standard deviation
   return std::abs(now.log_length - applied.log_length) > kShare * now.length_sigma ||
-         std::abs(now.log_turn - applied.log_turn) > kShare * now.turn_sigma;
+         std::abs(now.log_turn - applied.log_turn) > kShare * now.turn_sigma ||
+         IsOther(now.noise.way, applied.noise.way) || IsOther(now.noise.turn, applied.noise.turn);
 }
 
 }  // namespace planar_vslam

@@ -16,12 +16,13 @@ constexpr double kLong = 1.012, kWide = 0.96;
 
 class WheelErrorsTest : public ::testing::Test {
  protected:
-  WheelErrorsTest() : world_(World()) {}
+  explicit WheelErrorsTest(int keyframes = 60, double step = 0.25) : world_(World(keyframes, step)) {}
 
-  static test::SyntheticWorld World() {
+  static test::SyntheticWorld World(int keyframes, double step) {
     test::SyntheticWorldOptions options;
-    options.keyframes = 60;
-    options.points = 900;
+    options.keyframes = keyframes;
+    options.step = step;
+    options.points = 15 * keyframes;
     return test::MakeSyntheticWorld(options);
   }
 
@@ -65,6 +66,49 @@ TEST_F(WheelErrorsTest, LaserAndImagesShowWhatTheWheelsReadWrong) {
   EXPECT_TRUE(IsNews(errors, prior_));
 }
 
+class ShortStepsTest : public WheelErrorsTest {
+ protected:
+  ShortStepsTest() : WheelErrorsTest(240, 0.08) {}
+};
+
+// A product of readings with themselves would make wheels of much noise read long, over short ways most.
+TEST_F(ShortStepsTest, NoisyWheelsDoNotSeemToReadLong) {
+  prior_ = {0.0, 0.0, 0.1, 0.1, {}};
+  const Map map = ReadWrong(1.0, 1.0, true, 4.0);
+  const WheelErrors first = Learn(map, prior_);
+  const Map corrected = Apply(
+      map, {CorrectOdometryLinks{KeyframeId{0}, std::exp(first.log_length), std::exp(first.log_turn), first.noise}});
+  const WheelErrors errors = Learn(corrected, first);
+  EXPECT_NEAR(errors.log_length, 0.0, 3.0 * errors.length_sigma);
+  EXPECT_NEAR(errors.log_turn, 0.0, 3.0 * errors.turn_sigma);
+}
+
+TEST_F(WheelErrorsTest, NoiseBeyondTheModelsShows) {
+  for (const bool with_laser : {true, false}) {
+    for (const double noise : {2.0, 4.0}) {
+      const WheelErrors errors = Learn(ReadWrong(1.0, 1.0, with_laser, noise), prior_);
+      EXPECT_GT(errors.noise.way, 1.0 + 0.3 * (noise - 1.0)) << noise;  // images and what was configured have a say
+      EXPECT_LT(errors.noise.way, 1.5 * noise) << noise;
+      EXPECT_TRUE(IsNews(errors, prior_)) << noise;
+    }
+  }
+}
+
+TEST_F(WheelErrorsTest, WheelsAreNeverBetterThanTheirModel) {
+  const WheelErrors errors = Learn(ReadWrong(1.0, 1.0, true, 0.1), prior_);
+  EXPECT_EQ(errors.noise.way, 1.0);
+  EXPECT_EQ(errors.noise.turn, 1.0);
+}
+
+// The links have the noise already that was learned before.
+TEST_F(WheelErrorsTest, NoiseIsCountedOnce) {
+  const Map map = ReadWrong(1.0, 1.0, true, 4.0);
+  const WheelErrors once = Learn(map, prior_);
+  const WheelErrors again = Learn(Apply(map, {CorrectOdometryLinks{KeyframeId{0}, 1.0, 1.0, once.noise}}), once);
+  EXPECT_NEAR(again.noise.way, once.noise.way, 0.35 * once.noise.way);
+  EXPECT_NEAR(again.noise.turn, once.noise.turn, 0.35 * once.noise.turn);
+}
+
 TEST_F(WheelErrorsTest, WithoutALaserLengthsStayTheWheelsOwn) {
   const WheelErrors errors = Learn(ReadWrong(kLong, kWide, false), prior_);
   EXPECT_EQ(errors.log_length, 0.0);
@@ -106,10 +150,12 @@ TEST_F(WheelErrorsTest, SlipsTakeNoPart) {
 }
 
 TEST_F(WheelErrorsTest, NothingIsLearnedWhereNothingIsLinked) {
-  const WheelErrors known{0.01, -0.02, 0.001, 0.002};
+  const WheelErrors known{0.01, -0.02, 0.001, 0.002, {2.0, 3.0}};
   const WheelErrors same = LearnWheelErrors(Map{}, KeyframeId{0}, known, known, std::nullopt, world_.Context());
   EXPECT_NEAR(same.log_length, known.log_length, 1e-15);
   EXPECT_NEAR(same.log_turn, known.log_turn, 1e-15);
+  EXPECT_EQ(same.noise.way, known.noise.way);
+  EXPECT_EQ(same.noise.turn, known.noise.turn);
   EXPECT_FALSE(IsNews(same, known));
 }
 

@@ -62,10 +62,11 @@ struct EraseOdometryLink {
   KeyframeId keyframe;
 };
 // What the wheels measured between keyframes from `first` on, with every length and turn multiplied: twists of
-// increments are, and so is that of the whole way.
+// increments are, and so is that of the whole way. `noise`: and their standard deviations, by that.
 struct CorrectOdometryLinks {
   KeyframeId first;
   double length = 1.0, turn = 1.0;
+  WheelNoise noise = {};
 };
 struct SetKeyframePose {
   KeyframeId id;

@@ -67,6 +67,7 @@ class Localization {
   struct {
     std::shared_ptr<const Map> map;
     std::optional<KeyframeAccuracy> accuracy;
+    WheelNoise wheel_noise;
   } known_;
   TrajectoryRecorder trajectory_;
   EarlyFrames early_frames_;

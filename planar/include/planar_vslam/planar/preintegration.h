@@ -39,6 +39,12 @@ PlanarMotion Compose(const PlanarMotion& ij, const PlanarMotion& jk);
 // variances grow by the square of what was missed, for vision's word on how much that was is no measurement of theirs.
 PlanarMotion Inflate(PlanarMotion odometry, const Eigen::Vector3d& slip);
 
+// How much noisier the wheels are than said of them: standard deviations, as multiples.
+struct WheelNoise {
+  double way = 1.0, turn = 1.0;
+};
+PlanarMotion Noisier(PlanarMotion odometry, const WheelNoise& noise);
+
 // What any motion, however short, is off by at least: standard deviations of the one who measured it.
 struct MotionFloor {
   double position = 0.002;                 // m, x and y each
