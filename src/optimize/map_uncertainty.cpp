@@ -1,5 +1,7 @@
 #include "planar_vslam/optimize/map_uncertainty.h"
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "tie_information.h"
@@ -54,6 +56,24 @@ Eigen::Matrix3d MapUncertainty::CovarianceBetween(KeyframeId from, KeyframeId to
   J.leftCols<3>() = -AdjointSe2(poses_.At(to).Inverse() * poses_.At(from));
   J.rightCols<3>().setIdentity();
   return Symmetric(J * joint * J.transpose());
+}
+
+std::optional<double> MapUncertainty::ScaleSigma() const {
+  constexpr double kOnePlace = 0.01;  // m^2
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  for (const auto& [id, pose] : poses_) mean += pose.translation / static_cast<double>(poses_.size());
+  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(size_);
+  double squares = 0.0;
+  Eigen::Index at = 0;
+  for (const auto& [id, pose] : poses_) {
+    const Eigen::Vector2d arm = pose.translation - mean;
+    gradient.segment<2>(at) = pose.R().transpose() * arm;  // dp = R dt of the right tangent
+    squares += arm.squaredNorm();
+    at += 3;
+  }
+  if (squares < kOnePlace) return std::nullopt;
+  gradient /= squares;
+  return std::sqrt(std::max(0.0, gradient.dot(solver_.solve(gradient))));
 }
 
 }  // namespace planar_vslam

@@ -282,7 +282,18 @@ Expected<MapChange> MapJobs::AdjustNow(int max_iterations) {
   if (found.corrected == nullptr) return Error{found.change.failure};
   MapChange change = Correct(found, map_);
   map_ = change.map;
+  change.scale = FinalScale();
   return change;
+}
+
+// The sources of scale say how well they know the map's where they look; what a whole map's is known by are all its
+// ties.
+MapScale MapJobs::FinalScale() const {
+  MapScale scale = AssessScale(*map_, context_.scale, context_.mapper.systematic);
+  if (!map_->metric || !scale.fused.has_value()) return scale;
+  const MapUncertainty uncertainty(*map_, TiesOf(*map_, context_.mapper.model), context_.mapper.systematic);
+  scale.fused->sigma = uncertainty.ScaleSigma().value_or(scale.fused->sigma);
+  return scale;
 }
 
 }  // namespace planar_vslam

@@ -111,7 +111,7 @@ Expected<MapChange> Mapping::Finish(const TrajectoryRecorder& trajectory, bool a
   if (adjust) return jobs_.AdjustNow(FinalIterations());
   MapChange change;
   change.map = map();
-  change.scale = AssessScale(*change.map, context_.scale, context_.mapper.systematic);
+  change.scale = jobs_.FinalScale();
   return change;
 }
 

@@ -4,6 +4,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
 
 #include "support/synthetic_map.h"
 
@@ -132,6 +133,27 @@ TEST(MapUncertainty, OfTwoKeyframesIsThatOfTheWayBetweenThem) {
   EXPECT_LT((between - half).norm(), 1e-3 * half.norm());  // four equal steps either way
   const Eigen::Matrix3d from_origin = uncertainty.CovarianceBetween(KeyframeId{0}, KeyframeId{8});
   EXPECT_LT((from_origin - uncertainty.CovarianceOf(KeyframeId{8})).norm(), 1e-3 * from_origin.norm());
+}
+
+// Of a straight chain whose wheels read one share wrong throughout it is that share, and noise only adds to it.
+TEST(MapUncertainty, OfTheScaleIsThatOfItsWheels) {
+  const MeasurementModel context = Context();
+  const Map map = Chain(40, context.odometry_noise);
+  const std::vector<MapTie> ties = TiesOf(map, context);
+  const double noise = MapUncertainty(map, ties, kNone).ScaleSigma().value();
+  const double both = MapUncertainty(map, ties, {0.02, 1e-9}).ScaleSigma().value();
+  EXPECT_NEAR(both * both - noise * noise, 0.02 * 0.02, 1e-3 * 0.02 * 0.02);
+  const double twice =
+      MapUncertainty(Chain(80, context.odometry_noise), TiesOf(Chain(80, context.odometry_noise), context), kNone)
+          .ScaleSigma()
+          .value();
+  EXPECT_NEAR(twice, noise / std::sqrt(2.0), 0.02 * noise);  // a random walk over twice the way
+}
+
+TEST(MapUncertainty, AMapOfOnePlaceHasNoScale) {
+  const MeasurementModel context = Context();
+  const Map map = Chain(1, context.odometry_noise);
+  EXPECT_FALSE(MapUncertainty(map, TiesOf(map, context), kNone).ScaleSigma().has_value());
 }
 
 // The last keyframe of the world stays where it was, by its wheels, and sees another world.

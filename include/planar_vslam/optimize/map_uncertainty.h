@@ -11,6 +11,7 @@
 // closed they do: there what the map is like between two keyframes is told, not how far it is from the truth.
 #include <Eigen/Core>
 #include <Eigen/SparseCholesky>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -46,6 +47,11 @@ class MapUncertainty {
   Eigen::Matrix3d CovarianceOf(KeyframeId id) const;
   // Of where `to` stands as `from` sees it.
   Eigen::Matrix3d CovarianceBetween(KeyframeId from, KeyframeId to) const;
+  // Standard deviation of log(s), s the scale that fits the map to the true places p_k of its keyframes best:
+  //   log s = sum (p_k - c)^T dp_k / sum |p_k - c|^2,   c their mean, dp_k the errors.
+  // Stretches of the map err by scales of their own: it is their mean's, and in it what is systematic. Nothing where all
+  // keyframes are at one place.
+  std::optional<double> ScaleSigma() const;
 
  private:
   Eigen::MatrixXd Columns(const std::vector<Eigen::Index>& blocks) const;

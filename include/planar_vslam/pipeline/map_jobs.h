@@ -62,6 +62,8 @@ class MapJobs {
   // where it fails and the map stays.
   void Edit(const MapEdit& edit);
   Expected<MapChange> AdjustNow(int max_iterations);
+  // The map's scale with the standard deviation that follows from all of its ties. O(keyframes).
+  MapScale FinalScale() const;
 
  private:
   struct Writing {
