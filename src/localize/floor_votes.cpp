@@ -123,7 +123,6 @@ class Votes {
 // How far a landmark may be on the floor, m, and in which direction from the base.
 struct Range {
   double least = 0.0, most = -1.0;
-  double bearing = 0.0;
   Eigen::Vector3d ray_base = Eigen::Vector3d::Zero();  // unit
 
   bool empty() const { return least > most; }
@@ -137,7 +136,6 @@ Range RangeOf(const TableLandmark& landmark, const Keypoint& keypoint, double sc
   Range range;
   range.ray_base = (view.T_base_camera.rotation * view.camera.Ray(keypoint.pixel.cast<double>())).normalized();
   const double level = range.ray_base.head<2>().norm();
-  range.bearing = std::atan2(range.ray_base.y(), range.ray_base.x());
   range.least = level * std::max(landmark.max_distance / (scale * kLarger), landmark.min_distance / kSmaller);
   range.most = level * std::min(landmark.max_distance * kSmaller / scale, landmark.max_distance * kSmaller);
   const double height = landmark.p_map.z() - view.T_base_camera.translation.z();
@@ -153,21 +151,38 @@ Range RangeOf(const TableLandmark& landmark, const Keypoint& keypoint, double sc
   return range;
 }
 
+// Of a view, for each heading of the robot now: cosine and sine of the heading that the view had, and where the camera
+// was from there.
+struct Turned {
+  Eigen::Vector2d direction, camera_to_now;
+};
+
+std::vector<Turned> TurnedBy(const SightView& view) {
+  const Rigid2 T_base_now = view.T_now_base.Inverse();
+  const Eigen::Vector2d camera_to_now = T_base_now.translation - view.view.T_base_camera.translation.head<2>();
+  std::vector<Turned> turned;
+  for (int heading = 0; heading < kHeadings; ++heading) {
+    const Eigen::Rotation2Dd of_view((heading + 0.5) * 2.0 * M_PI / kHeadings - T_base_now.angle);
+    turned.push_back({of_view * Eigen::Vector2d::UnitX(), of_view * camera_to_now});
+  }
+  return turned;
+}
+
 // All places from which the match may have been seen.
-void VoteAround(const TableLandmark& landmark, const Range& range, const SightView& view, float weight,
+void VoteAround(const TableLandmark& landmark, const Range& range, const std::vector<Turned>& turned, float weight,
                 std::int32_t voter, Votes* votes) {
   constexpr double kLeastCosViewAngle = 0.5;
   const double level = range.ray_base.head<2>().norm();
   const int steps = std::max(1, static_cast<int>(std::ceil((range.most - range.least) / (0.5 * kCell))));
-  const Rigid2 T_base_now = view.T_now_base.Inverse();
-  const Eigen::Vector2d camera_to_now = T_base_now.translation - view.view.T_base_camera.translation.head<2>();
+  const Eigen::Vector2d ahead = range.ray_base.head<2>() / std::max(level, 1e-6);
   for (int heading = 0; heading < kHeadings; ++heading) {
-    const double of_view = (heading + 0.5) * 2.0 * M_PI / kHeadings - T_base_now.angle;
-    const Eigen::Vector2d u(std::cos(of_view + range.bearing), std::sin(of_view + range.bearing));
+    const auto& [direction, camera_to_now] = turned[static_cast<std::size_t>(heading)];
+    const Eigen::Vector2d u(direction.x() * ahead.x() - direction.y() * ahead.y(),
+                            direction.y() * ahead.x() + direction.x() * ahead.y());
     const double cosine =
         level * landmark.view_direction.head<2>().dot(u) + landmark.view_direction.z() * range.ray_base.z();
     if (cosine < kLeastCosViewAngle) continue;
-    const Eigen::Vector2d from = landmark.p_map.head<2>() + Eigen::Rotation2Dd(of_view) * camera_to_now;
+    const Eigen::Vector2d from = landmark.p_map.head<2>() + camera_to_now;
     for (int i = 0; i <= steps; ++i)
       votes->Vote(from - (range.least + (range.most - range.least) * i / steps) * u, heading, weight, voter);
   }
@@ -213,6 +228,7 @@ std::vector<Rigid2> VotedPlaces(const LandmarkTable& table, const std::vector<Si
   Votes votes(table.driven());
   std::int32_t voter = 0;
   for (std::size_t v = 0; v < views.size(); ++v) {
+    const std::vector<Turned> turned = TurnedBy(views[v]);
     int last = -1;
     for (const LikelyMatch& match : matches[v]) {
       if (match.keypoint != last) ++voter;
@@ -221,7 +237,7 @@ std::vector<Rigid2> VotedPlaces(const LandmarkTable& table, const std::vector<Si
       const Keypoint& keypoint = views[v].view.features->keypoints[static_cast<std::size_t>(match.keypoint)];
       const double scale = table.octave_scales()[static_cast<std::size_t>(keypoint.octave)];
       const Range range = RangeOf(landmark, keypoint, scale, views[v].view);
-      if (!range.empty()) VoteAround(landmark, range, views[v], WeightOf(match.distance), voter, &votes);
+      if (!range.empty()) VoteAround(landmark, range, turned, WeightOf(match.distance), voter, &votes);
     }
   }
   return votes.Best(limit);

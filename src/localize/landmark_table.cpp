@@ -40,6 +40,20 @@ std::uint32_t HeadingsOf(const Landmark& landmark, const Map& map) {
   return headings;
 }
 
+LandmarkGroup GroupOf(const std::vector<TableLandmark>& landmarks, std::size_t begin, std::size_t end) {
+  LandmarkGroup group{begin, end};
+  Eigen::Vector3d least = landmarks[begin].p_map, most = least;
+  for (std::size_t i = begin; i < end; ++i) {
+    least = least.cwiseMin(landmarks[i].p_map);
+    most = most.cwiseMax(landmarks[i].p_map);
+    group.max_distance = std::max(group.max_distance, landmarks[i].max_distance);
+    group.headings |= landmarks[i].headings;
+  }
+  group.center = 0.5 * (least + most);
+  group.radius = 0.5 * (most - least).norm();
+  return group;
+}
+
 }  // namespace
 
 std::size_t LandmarkTable::SectorOf(double angle) {
@@ -61,6 +75,9 @@ LandmarkTable::LandmarkTable(const Map& map) : octave_scales_(map.octave_scales)
                           HeadingsOf(landmark, map)});
     descriptors_.push_back(landmark.descriptor);
   }
+  constexpr std::size_t kGroup = 32;
+  for (std::size_t begin = 0; begin < landmarks_.size(); begin += kGroup)
+    groups_.push_back(GroupOf(landmarks_, begin, std::min(begin + kGroup, landmarks_.size())));
   for (const auto& [id, keyframe] : map.keyframes) driven_.emplace_back(keyframe.T_map_base.translation.head<2>());
 }
 

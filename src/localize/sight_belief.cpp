@@ -1,10 +1,10 @@
 #include "planar_vslam/localize/sight_belief.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
 #include "planar_vslam/localize/pose_search.h"
-#include "planar_vslam/map/queries.h"
 
 namespace planar_vslam {
 namespace {
@@ -30,13 +30,8 @@ constexpr double kRivalOdds = 0.5;        // of the best place's log odds
 constexpr double kRivalShare = 0.6;       // ...and of its share, where fewer landmarks are in view
 constexpr double kTimesLookAlike = 1.25;  // a room that was not mapped may be somewhat more alike than two that were
 constexpr int kTimes = 3;
-constexpr double kNearDistance = 1.5;  // m, that odometry may be off while no image tells, and...
-constexpr double kNearAngle = DegreesToRadians(20.0);
+constexpr double kChi2ThreeDof999 = 16.266;  // chi-square, 3 dof, 99.9 %
 constexpr double kAtOnce = 0.4;  // share that needs no second place, twice what benches that look alike show
-
-bool IsNewPlace(const Rigid2& moved) {
-  return moved.translation.norm() >= kNewPlace || std::abs(moved.angle) >= kNewHeading;
-}
 
 double LogOddsOf(const Agreement& agreement, double by_chance) {
   const double visible = std::max<double>(agreement.visible, kLeastInView), found = agreement.found;
@@ -74,6 +69,13 @@ double PlacesOfMap(const Map& map) {
   return std::log(kHeadings * static_cast<double>(std::max<std::size_t>(1, map.keyframes.size())));
 }
 
+// The log of how many places a covariance covers; none is less than one.
+double PlacesWithin(const Eigen::Matrix3d& covariance) {
+  constexpr double kPlace = 2.0 * kSamePlaceAngle * M_PI * kSamePlaceDistance * kSamePlaceDistance;  // m^2 rad
+  const double volume = std::pow(2.0 * M_PI, 1.5) * std::sqrt(std::max(0.0, covariance.determinant()));
+  return std::log(std::max(1.0, volume / kPlace));
+}
+
 }  // namespace
 
 void SightBelief::Move(const Rigid2& T_before_now) {
@@ -81,120 +83,123 @@ void SightBelief::Move(const Rigid2& T_before_now) {
   for (SightView& view : views_) view.T_now_base = T_now_before * view.T_now_base;
   for (SightedPlace& place : places_) place.T_map_base = place.T_map_base * T_before_now;
   if (leader_.has_value()) leader_ = *leader_ * T_before_now;
-  if (expected_.has_value()) expected_ = *expected_ * T_before_now;
   if (believed_.has_value()) believed_->T_map_base = believed_->T_map_base * T_before_now;
 }
 
-bool SightBelief::WantsView() const { return views_.empty() || IsNewPlace(views_.back().T_now_base); }
+bool SightBelief::IsNewPlace(const Rigid2& moved) {
+  return moved.translation.norm() >= kNewPlace || std::abs(moved.angle) >= kNewHeading;
+}
 
-void SightBelief::AddView(const CameraView& view, const Map& map, const std::vector<Rigid2>& suggested) {
+void SightBelief::AddView(const CameraView& view, const std::vector<Rigid2>& suggested,
+                          const std::optional<SettledPlace>& expected) {
+  expected_ = expected;
   views_.push_back({Rigid2(), view});
-  matches_.push_back(FindLikelyMatches(*table_, *view.features));
+  matches_.push_back(FindLikelyMatches(map_->table(), *view.features));
   if (views_.size() > kViews) {
     views_.erase(views_.begin());
     matches_.erase(matches_.begin());
   }
+  ++news_;
   std::vector<SightedPlace> places;
-  for (const Rigid2& candidate : Candidates(suggested)) places.push_back(Weigh(candidate, views_));
+  for (const Rigid2& candidate : Candidates(suggested))
+    places.push_back(Weigh(Settle(map_->table(), candidate, views_), views_));
   places_ = WithoutDoubles(std::move(places));
   if (places_.size() > kPlaces) places_.resize(kPlaces);
-  Count(map);
+  WeighExpected();
+  Count();
 }
 
-bool SightBelief::IsExpected(const Rigid2& T_map_base) const {
-  if (!expected_.has_value()) return false;
-  const Rigid2 off = expected_->Inverse() * T_map_base;
-  return off.translation.norm() <= kNearDistance && std::abs(off.angle) <= kNearAngle;
+// The place where odometry and the views agree, where they do, instead of where the views alone put it.
+void SightBelief::WeighExpected() {
+  if (!expected_.has_value()) return;
+  const SightedPlace place = Weigh(SettleExpected(map_->table(), *expected_, views_, News()), views_);
+  if (place.log_odds < Enough(place)) return;
+  const auto is_same = [&place](const SightedPlace& other) { return IsSamePlace(other.T_map_base, place.T_map_base); };
+  places_.erase(std::remove_if(places_.begin(), places_.end(), is_same), places_.end());
+  places_.push_back(place);
+  SortByOdds(&places_);
+}
+
+std::optional<double> SightBelief::OffExpected(const SightedPlace& place) const {
+  if (!expected_.has_value()) return std::nullopt;
+  const Eigen::Vector3d off = LogSe2(expected_->T_map_base.Inverse() * place.T_map_base);
+  Eigen::Matrix3d covariance = expected_->covariance;
+  if (!place.with_expected) covariance += place.covariance;
+  return off.dot(covariance.ldlt().solve(off));
+}
+
+double SightBelief::News() const {
+  return static_cast<double>(std::min(news_, views_.size())) / static_cast<double>(views_.size());
+}
+
+bool SightBelief::IsExpected(const SightedPlace& place) const {
+  const std::optional<double> off = OffExpected(place);
+  return off.has_value() && *off <= kChi2ThreeDof999;
+}
+
+double SightBelief::Enough(const SightedPlace& place) const {
+  if (!IsExpected(place)) return kBelieved + PlacesOfMap(map_->map());
+  return kBelieved + 0.5 * *OffExpected(place) + PlacesWithin(expected_->covariance);
 }
 
 // How often the leader has stood out. Where the robot is expected, once is enough.
-void SightBelief::Count(const Map& map) {
-  const auto near = std::find_if(places_.begin(), places_.end(),
-                                 [this](const SightedPlace& place) { return IsExpected(place.T_map_base); });
-  const auto best = near != places_.end() && near->log_odds >= kBelieved ? near : places_.begin();
-  const bool stands_out = best != places_.end() && StandsOut(*best, map);
+void SightBelief::Count() {
+  const auto near = std::max_element(places_.begin(), places_.end(), [this](const auto& a, const auto& b) {
+    return a.log_odds - Enough(a) < b.log_odds - Enough(b);
+  });
+  const auto best =
+      near != places_.end() && IsExpected(*near) && near->log_odds >= Enough(*near) ? near : places_.begin();
+  const bool stands_out = best != places_.end() && StandsOut(*best);
   const bool same = stands_out && leader_.has_value() && IsSamePlace(*leader_, best->T_map_base);
-  const bool at_once = stands_out && (IsExpected(best->T_map_base) || best->agreement.share() >= kAtOnce);
+  const bool at_once = stands_out && (IsExpected(*best) || best->agreement.share() >= kAtOnce);
   const bool refuted = stands_out && expected_.has_value() && !at_once;
   stood_out_ = !stands_out || refuted ? 0 : at_once ? kTimes : same ? stood_out_ + 1 : 1;
   leader_.reset();
   believed_.reset();
   if (stands_out) leader_ = best->T_map_base;
-  if (stood_out_ >= kTimes) believed_ = *best;
+  if (stood_out_ < kTimes) return;
+  believed_ = *best;
+  if (!believed_->with_expected) believed_->covariance /= News();
+  news_ = 0;
 }
 
 // Those that were carried here, those that are suggested, and the best of those that votes name.
 std::vector<Rigid2> SightBelief::Candidates(const std::vector<Rigid2>& suggested) const {
   std::vector<SightedPlace> voted;
   const std::vector<SightView> some = EveryThird(views_);
-  for (const Rigid2& place : VotedPlaces(*table_, views_, matches_, kVoted)) voted.push_back(Weigh(place, some));
+  for (const Rigid2& place : VotedPlaces(map_->table(), views_, matches_, kVoted))
+    voted.push_back(Weigh(Settle(map_->table(), place, some), some));
   voted = WithoutDoubles(std::move(voted));
   if (voted.size() > kShortListed) voted.resize(kShortListed);
   std::vector<Rigid2> candidates = suggested;
-  if (expected_.has_value()) candidates.push_back(*expected_);
-  for (const SightedPlace& place : places_) candidates.push_back(place.T_map_base);
+  for (const SightedPlace& place : places_)
+    if (place.log_odds > 0.0) candidates.push_back(place.T_map_base);
   for (const SightedPlace& place : voted) candidates.push_back(place.T_map_base);
   return candidates;
 }
 
-SightedPlace SightBelief::Weigh(const Rigid2& guess, const std::vector<SightView>& views) const {
-  SightedPlace place;
-  const SettledPlace settled = Settle(*table_, guess, views);
-  place.T_map_base = settled.T_map_base;
-  place.covariance = settled.covariance;
-  place.agreement = Compare(*table_, place.T_map_base, views, kWindow);
+SightedPlace SightBelief::Weigh(const SettledPlace& settled, const std::vector<SightView>& views) const {
+  SightedPlace place{settled, {}, 0.0};
+  place.agreement = Compare(map_->table(), place.T_map_base, views, kWindow);
   place.log_odds = LogOddsOf(place.agreement, kByChance);
   if (place.log_odds <= 0.0) return place;
-  const double chance = kTimesChance * ShareByChance(*table_, place.T_map_base, views);
+  const double chance = kTimesChance * ShareByChance(map_->table(), place.T_map_base, views);
   place.log_odds = LogOddsOf(place.agreement, std::max(kByChance, chance));
   return place;
 }
 
-bool SightBelief::StandsOut(const SightedPlace& best, const Map& map) const {
-  const bool expected = IsExpected(best.T_map_base);
-  const double enough = kBelieved + (expected ? 0.0 : PlacesOfMap(map));
+bool SightBelief::StandsOut(const SightedPlace& best) const {
+  const bool expected = IsExpected(best);
+  const double enough = Enough(best);
   if (best.log_odds < enough) return false;
   for (const SightedPlace& other : places_) {
-    if (IsSamePlace(other.T_map_base, best.T_map_base) || (expected && !IsExpected(other.T_map_base))) continue;
+    if (IsSamePlace(other.T_map_base, best.T_map_base) || (expected && !IsExpected(other))) continue;
     if (other.log_odds > kRivalOdds * best.log_odds) return false;
     if (other.log_odds > kBelieved && other.agreement.share() > kRivalShare * best.agreement.share()) return false;
   }
-  if (expected) return true;
-  const double look_alike = kTimesLookAlike * LookAlikeShare(*table_, map, best.T_map_base, views_);
+  if (best.with_expected) return true;
+  const double look_alike = kTimesLookAlike * map_->LookAlikeShareAt(best.T_map_base, views_);
   return LogOddsOf(best.agreement, look_alike) >= enough;
-}
-
-double LookAlikeShare(const LandmarkTable& table, const Map& map, const Rigid2& T_map_base,
-                      const std::vector<SightView>& views) {
-  constexpr double kReach = 1.5;  // m, and...
-  constexpr double kReachAngle = DegreesToRadians(40.0);
-  constexpr double kElsewhere = 2.0;  // m, from where the same things are not seen the same way
-  std::vector<SightView> mapped;
-  std::vector<std::vector<LikelyMatch>> matches;
-  std::vector<KeyframeId> asked;
-  for (const SightView& view : views) {
-    const Rigid3 T_map_camera = Embed3(T_map_base * view.T_now_base) * view.view.T_base_camera;
-    for (const KeyframeId id : NearbyKeyframes(map, T_map_camera, kReach, kReachAngle, 1)) {
-      if (std::find(asked.begin(), asked.end(), id) != asked.end()) continue;
-      asked.push_back(id);
-      const Keyframe& keyframe = map.keyframes.At(id);
-      SightView as_mapped{T_map_base.Inverse() * ProjectToPlane(keyframe.T_map_base), view.view};
-      as_mapped.view.features = keyframe.features;
-      as_mapped.view.T_base_camera = keyframe.T_base_camera;
-      mapped.push_back(as_mapped);
-      matches.push_back(FindLikelyMatches(table, *keyframe.features));
-    }
-  }
-  double largest = 0.0;
-  for (const Rigid2& place : VotedPlaces(table, mapped, matches, 2 * kVoted)) {
-    if ((place.translation - T_map_base.translation).norm() < kElsewhere) continue;
-    const Rigid2 settled = Settle(table, place, mapped).T_map_base;
-    if ((settled.translation - T_map_base.translation).norm() < kElsewhere) continue;
-    const Agreement agreement = Compare(table, settled, mapped, kWindow);
-    if (agreement.visible >= kLeastInView * static_cast<double>(mapped.size()))
-      largest = std::max(largest, agreement.share());
-  }
-  return largest;
 }
 
 }  // namespace planar_vslam

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "planar_vslam/feature/hamming.h"
 
@@ -24,6 +25,12 @@ struct Sight {
   const SightView* view;
 };
 
+double HalfDiagonalCosine(const CameraModel& camera) {
+  const double x = std::max(camera.cx, camera.width - camera.cx) / camera.fx;
+  const double y = std::max(camera.cy, camera.height - camera.cy) / camera.fy;
+  return 1.0 / std::sqrt(1.0 + x * x + y * y);
+}
+
 // Looks for all landmarks of a table in one view.
 class Looker {
  public:
@@ -34,8 +41,22 @@ class Looker {
         center_(T_camera_map_.Inverse().translation),
         rotation_(T_camera_map_.rotation.toRotationMatrix()),
         heading_(1U << LandmarkTable::SectorOf(std::atan2(rotation_(2, 1), rotation_(2, 0)))),
+        farthest_cosine_(HalfDiagonalCosine(view.view.camera)),
         window_(window),
         taken_(view.view.features->keypoints.size(), false) {}
+
+  // Whether one of them may be in view.
+  bool MaySee(const LandmarkGroup& group) const {
+    if ((group.headings & heading_) == 0) return false;
+    const Eigen::Vector3d p = rotation_ * (group.center - center_);
+    const double distance = p.norm();
+    if (distance - group.radius > kDistanceSlack * group.max_distance) return false;
+    if (distance <= group.radius) return true;
+    // The cone around the image, wider by what the group takes of the view.
+    const double sine = group.radius / distance, cosine = std::sqrt(1.0 - sine * sine);
+    const double limit = farthest_cosine_ * cosine - std::sqrt(1.0 - farthest_cosine_ * farthest_cosine_) * sine;
+    return sine >= farthest_cosine_ || p.z() >= limit * distance;
+  }
 
   void LookFor(std::size_t index, Agreement* agreement, std::vector<Sight>* sights) {
     const TableLandmark& landmark = table_.landmarks()[index];
@@ -106,7 +127,8 @@ class Looker {
   Rigid3 T_camera_map_;
   Eigen::Vector3d center_;
   Eigen::Matrix3d rotation_;
-  std::uint32_t heading_;  // bit of its sector
+  std::uint32_t heading_;   // bit of its sector
+  double farthest_cosine_;  // of the angle to the corner of the image that is farthest from the axis
   double window_;
   std::vector<bool> taken_;
   std::vector<int> indices_, distances_;
@@ -117,7 +139,10 @@ Agreement Look(const LandmarkTable& table, const Rigid2& T_map_base, const std::
   Agreement agreement;
   for (const SightView& view : views) {
     Looker looker(table, view, T_map_base, window);
-    for (std::size_t i = 0; i < table.landmarks().size(); ++i) looker.LookFor(i, &agreement, sights);
+    for (const LandmarkGroup& group : table.groups()) {
+      if (!looker.MaySee(group)) continue;
+      for (std::size_t i = group.begin; i < group.end; ++i) looker.LookFor(i, &agreement, sights);
+    }
   }
   return agreement;
 }
@@ -147,6 +172,40 @@ struct Normal {
   }
 };
 
+constexpr double kCorrelated = 9.0;  // matches that count as one: views share landmarks, and what is wrong with them
+
+// Where the place is without what is found, in units of matches.
+struct Prior {
+  Rigid2 T_map_base;
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+};
+
+// Moves to where most landmarks lie best; the information there. Nothing where too few are found.
+std::optional<Eigen::Matrix3d> Descend(const LandmarkTable& table, const Prior& prior,
+                                       const std::vector<SightView>& views, Rigid2* T_map_base) {
+  constexpr std::array<double, 3> kWindows{30.0, 15.0, 8.0};  // px
+  constexpr double kScale = 0.4;                              // of the window, of errors that count fully
+  constexpr std::size_t kLeast = 6;                           // landmarks
+  constexpr int kSteps = 6;
+  constexpr double kStill = 1e-4;  // m or rad, of a step: some hundredths of a pixel
+  Normal normal;
+  for (const double window : kWindows) {
+    std::vector<Sight> sights;
+    Look(table, *T_map_base, views, window, &sights);
+    if (sights.size() < kLeast) return std::nullopt;
+    for (int step = 0; step < kSteps; ++step) {
+      normal = Normal{};
+      normal.H += prior.information;
+      normal.g += prior.information * LogSe2(T_map_base->Inverse() * prior.T_map_base);
+      for (const Sight& sight : sights) normal.Add(sight, *T_map_base, kScale * window);
+      const Eigen::Vector3d move = normal.H.ldlt().solve(normal.g);
+      *T_map_base = *T_map_base * ExpSe2(move);
+      if (move.norm() < kStill) break;
+    }
+  }
+  return normal.H;
+}
+
 }  // namespace
 
 Agreement Compare(const LandmarkTable& table, const Rigid2& T_map_base, const std::vector<SightView>& views,
@@ -155,28 +214,25 @@ Agreement Compare(const LandmarkTable& table, const Rigid2& T_map_base, const st
 }
 
 SettledPlace Settle(const LandmarkTable& table, const Rigid2& guess, const std::vector<SightView>& views) {
-  constexpr std::array<double, 3> kWindows{30.0, 15.0, 8.0};  // px
-  constexpr double kScale = 0.4;                              // of the window, of errors that count fully
-  constexpr std::size_t kLeast = 6;                           // landmarks
-  constexpr int kSteps = 6;
-  constexpr double kCorrelated = 9.0;  // matches that count as one: views share landmarks, and what is wrong with them
-  constexpr double kSigma = 0.06;      // m, that odometry between the views and the height of the camera leave
+  constexpr double kSigma = 0.06;  // m, that odometry between the views and the height of the camera leave
   constexpr double kSigmaAngle = DegreesToRadians(0.7);
   SettledPlace place{guess};
-  Normal normal;
-  for (const double window : kWindows) {
-    std::vector<Sight> sights;
-    Look(table, place.T_map_base, views, window, &sights);
-    if (sights.size() < kLeast) return place;
-    for (int step = 0; step < kSteps; ++step) {
-      normal = Normal{};
-      for (const Sight& sight : sights) normal.Add(sight, place.T_map_base, kScale * window);
-      place.T_map_base = place.T_map_base * ExpSe2(normal.H.ldlt().solve(normal.g));
-    }
-  }
+  const std::optional<Eigen::Matrix3d> H = Descend(table, Prior{guess}, views, &place.T_map_base);
+  if (!H.has_value()) return place;
   const Eigen::Vector3d model(kSigma, kSigma, kSigmaAngle);
-  place.covariance = kCorrelated * normal.H.inverse();
+  place.covariance = kCorrelated * H->inverse();
   place.covariance += model.cwiseAbs2().asDiagonal();
+  return place;
+}
+
+SettledPlace SettleExpected(const LandmarkTable& table, const SettledPlace& expected,
+                            const std::vector<SightView>& views, double news) {
+  SettledPlace place = expected;
+  place.with_expected = true;
+  const double weight = kCorrelated / news;
+  const Prior prior{expected.T_map_base, weight * expected.covariance.inverse()};
+  const std::optional<Eigen::Matrix3d> H = Descend(table, prior, views, &place.T_map_base);
+  if (H.has_value()) place.covariance = weight * H->inverse();
   return place;
 }
 

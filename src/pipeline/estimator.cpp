@@ -38,7 +38,7 @@ double DistanceToMap(const Map& map, const Rigid3& T_map_base) {
 
 struct Estimator::Session {
   Session(const EstimatorSettings& settings, const MeasurementModel& model)
-      : localization(settings.options, model, settings.trajectory_frames) {}
+      : localization(settings.options, model, settings.schedule, settings.trajectory_frames) {}
 
   void Count(const FrameReport& frame, const std::optional<PlanarMotion>& step);
   void Count(const MapChange& change, double max_scale_sigma);

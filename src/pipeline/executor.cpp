@@ -6,6 +6,11 @@
 
 namespace planar_vslam {
 
+std::unique_ptr<Executor> MakeExecutor(Schedule schedule, int niceness) {
+  if (schedule == Schedule::kInline) return std::make_unique<InlineExecutor>();
+  return std::make_unique<WorkerExecutor>(niceness);
+}
+
 WorkerExecutor::WorkerExecutor(int niceness)
     : thread_([this, niceness] {
         // Of this thread alone, as Linux has it; where that is refused, all are equals.

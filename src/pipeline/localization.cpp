@@ -18,24 +18,28 @@ FrameFeaturesPtr Extract(OrbExtractor* extractor, const GrayImage& image, bool i
 
 }  // namespace
 
-Localization::Localization(const PipelineOptions& options, const MeasurementModel& model, std::size_t trajectory_frames)
-    : options_(options),
-      model_(model),
+Localization::Localization(const PipelineOptions& options, const MeasurementModel& model, Schedule schedule,
+                           std::size_t trajectory_frames)
+    : model_(model),
+      feature_count_(options.orb.feature_count),
       extractor_(options.orb, model.camera),
       initializer_(options.initializer, model, options.orb.ScaleFactors()),
       tracker_({model.camera, model.odometry_noise, model.planar, options.tracker, model.pixel_sigma}),
-      trajectory_(trajectory_frames),
-      early_frames_(trajectory_frames),
-      relocalizer_({options.laser_localize, options.scan_match, model.planar.mode != PlanarMode::kOff}) {}
+      known_{nullptr, std::nullopt, WheelNoise{}, options.mount},
+      recorded_{TrajectoryRecorder(trajectory_frames), EarlyFrames(trajectory_frames)},
+      relocalizer_({options.laser_localize, options.scan_match, options.systematic,
+                    model.planar.mode != PlanarMode::kOff, schedule}) {}
 
 void Localization::StartIn(std::shared_ptr<const Map> map) {
   known_.map = std::move(map);
   tracker_.StartUnlocalized();
+  slew_.Forget();
   UseSweeps();
 }
 
 void Localization::StartAt(const Rigid3& T_map_base, const Matrix6d& covariance) {
   relocalizer_.OnGivenPose();
+  slew_.Forget();
   GoOnFrom(T_map_base, covariance);
   last_.leads_from = Timestamp{last_.stamp.nanoseconds + 1};
 }
@@ -48,9 +52,9 @@ void Localization::GoOnFrom(const Rigid3& T_map_base, const Matrix6d& covariance
 
 void Localization::Follow(const MapChange& change) {
   known_.map = change.map;
-  trajectory_.OnCulled(change.keyframes_culled);
+  recorded_.trajectory.OnCulled(change.keyframes_culled);
   if (change.keyframe.has_value()) {
-    trajectory_.Reanchor(change.keyframe->stamp, change.keyframe->id);
+    recorded_.trajectory.Reanchor(change.keyframe->stamp, change.keyframe->id);
     // One that was proposed before a jump is no reference after it.
     if (!(change.keyframe->stamp < last_.leads_from)) {
       tracker_.OnKeyframe(*known_.map, change.keyframe->id,
@@ -58,7 +62,7 @@ void Localization::Follow(const MapChange& change) {
     }
   }
   if (change.scaled.has_value()) {
-    trajectory_.OnScaled(*known_.map, change.scaled->applied);
+    recorded_.trajectory.OnScaled(*known_.map, change.scaled->applied);
     tracker_.OnMapScaled(*known_.map, change.scaled->applied);
   }
   if (change.accuracy.has_value()) known_.accuracy = change.accuracy;
@@ -69,7 +73,7 @@ TrackedFrame Localization::Locate(const FramePacket& packet, KeyframeSlot slot, 
                                   std::shared_ptr<const Map>* new_map) {
   TrackedFrame frame;
   const Stopwatch extracting;
-  frame.features = Extract(&extractor_, packet.image.image, known_.map == nullptr, options_.orb.feature_count);
+  frame.features = Extract(&extractor_, packet.image.image, known_.map == nullptr, feature_count_);
   report->times.push_back({"frame.extract", extracting.Milliseconds()});
   if (!packet.odometry.empty()) {
     frame.step = Noisier(Preintegrate(packet.odometry, model_.odometry_noise), known_.wheel_noise);
@@ -89,7 +93,7 @@ TrackedFrame Localization::Locate(const FramePacket& packet, KeyframeSlot slot, 
 
 std::shared_ptr<const Map> Localization::Initialize(const FramePacket& packet, TrackedFrame* frame,
                                                     FrameReport* report) {
-  early_frames_.Add({packet.image.stamp, packet.T_base_camera, frame->step});
+  recorded_.early.Add({packet.image.stamp, packet.T_base_camera, frame->step});
   InitializerReport initial =
       initializer_.Add({packet.image.stamp, frame->features, packet.T_base_camera, frame->step});
   report->waiting_for = initial.waiting_for;
@@ -97,8 +101,8 @@ std::shared_ptr<const Map> Localization::Initialize(const FramePacket& packet, T
   known_.map = std::make_shared<const Map>(std::move(*initial.map));
   const auto& [id, keyframe] = *std::prev(known_.map->keyframes.end());
   tracker_.Start(*known_.map, id);
-  for (const RecordedFrame& early : early_frames_.TakeForNewMap(*known_.map)) trajectory_.Add(early);
-  frame->number = trajectory_.size() - 1;
+  for (const RecordedFrame& early : recorded_.early.TakeForNewMap(*known_.map)) recorded_.trajectory.Add(early);
+  frame->number = recorded_.trajectory.size() - 1;
   last_.T_map_base = keyframe.T_map_base;
   last_.stamp = packet.image.stamp;
   report->state = TrackingState::kTracking;
@@ -107,7 +111,7 @@ std::shared_ptr<const Map> Localization::Initialize(const FramePacket& packet, T
   report->covariance =
       LiftedCovariance(keyframe.odometry_link.has_value() ? keyframe.odometry_link->motion : PlanarMotion{},
                        model_.odometry_noise) +
-      CovarianceOfMapAt(keyframe.T_map_base, *known_.map, known_.accuracy, options_.mount);
+      CovarianceOfMapAt(keyframe.T_map_base, *known_.map, known_.accuracy, known_.mount);
   report->metric = known_.map->metric;
   report->inliers = static_cast<int>(known_.map->landmarks.size());
   return known_.map;
@@ -131,27 +135,43 @@ void Localization::Track(const FramePacket& packet, KeyframeSlot slot, TrackedFr
   report->state = track.status;
   const bool by_camera = track.status == TrackingState::kTracking || track.status == TrackingState::kRelocalized;
   relocalizer_.Note(packet.image.stamp, by_camera, input.fix.has_value() && input.fix->complete);
-  if (track.status == TrackingState::kOdometry && relocalizer_.IsFixed(packet.image.stamp))
+  if (track.status == TrackingState::kOdometry && (found || relocalizer_.IsFixed(packet.image.stamp)))
     report->state = TrackingState::kTracking;
-  const bool declared = found || (was_localized && !grows && report->state == TrackingState::kTracking &&
-                                  input.odometry.has_value() && Jumps(track, *input.odometry, packet.image.stamp));
-  if (declared) report->state = TrackingState::kRelocalized;
+  if (found && !was_localized) report->state = TrackingState::kRelocalized;
   report->inliers = track.inliers;
   report->covariance =
-      track.covariance + CovarianceOfMapAt(track.T_map_base, *known_.map, known_.accuracy, options_.mount);
+      track.covariance + CovarianceOfMapAt(track.T_map_base, *known_.map, known_.accuracy, known_.mount);
+  report->covariance(kPlanarRows, kPlanarRows) += relocalizer_.Drift();
   report->odometry_rejected = track.odometry_rejected;
   if (!tracker_.localized()) {
     report->state = TrackingState::kInitializing;
     report->waiting_for = "a view that the saved map knows";
   }
-  if (!was_localized) early_frames_.Add({packet.image.stamp, packet.T_base_camera, frame->step});
-  if (track.status == TrackingState::kLost) return;
+  if (!was_localized) recorded_.early.Add({packet.image.stamp, packet.T_base_camera, frame->step});
+  if (track.status == TrackingState::kLost) {
+    slew_.Forget();
+    return;
+  }
   Record(packet, was_localized, frame);
   report->T_map_base = track.T_map_base;
+  if (grows) {
+    slew_.Forget();
+  } else {
+    Slew(frame->step, report);
+  }
+}
+
+void Localization::Slew(const std::optional<PlanarMotion>& step, FrameReport* report) {
+  std::optional<Rigid2> moved;
+  if (report->metric && step.has_value()) moved = step->T_i_j;
+  const PoseSlew::Published pose = slew_.Publish({*report->T_map_base, report->covariance}, moved, report->stamp);
+  report->T_map_base = pose.T_map_base;
+  report->covariance = pose.covariance;
+  if (pose.jumped) report->state = TrackingState::kRelocalized;
 }
 
 bool Localization::FindPlace(const FramePacket& packet, const TrackedFrame& frame, bool map_grows) {
-  PlaceQuery query{packet, *known_.map, frame.step, std::nullopt, map_grows};
+  PlaceQuery query{packet, known_.map, frame.step, std::nullopt, map_grows};
   if (tracker_.localized()) query.last = LastFix();
   const std::optional<PlanarFix> found = relocalizer_.Find(query);
   if (!found.has_value()) return false;
@@ -166,7 +186,10 @@ void Localization::WeighView(const FramePacket& packet, bool was_localized, Trac
   const TrackResult& track = frame->track;
   const bool by_sight = track.status == TrackingState::kTracking || track.status == TrackingState::kRelocalized;
   if (!by_sight) {
-    relocalizer_.AddView(ViewOf(packet, *frame), *known_.map, tracker_.seen_places());
+    std::optional<PlanarFix> predicted;
+    if (tracker_.localized())
+      predicted = PlanarFix{ProjectToPlane(track.T_map_base), track.covariance(kPlanarRows, kPlanarRows)};
+    relocalizer_.AddView(ViewOf(packet, *frame), *known_.map, tracker_.seen_places(), predicted);
   } else if ((!was_localized || track.jumped) && relocalizer_.Contradicts(track.T_map_base)) {
     tracker_.StartUnlocalized();
     frame->track = TrackResult{};
@@ -175,15 +198,6 @@ void Localization::WeighView(const FramePacket& packet, bool was_localized, Trac
 
 PlanarFix Localization::LastFix() const {
   return {ProjectToPlane(last_.T_map_base), last_.covariance(kPlanarRows, kPlanarRows)};
-}
-
-bool Localization::Jumps(const TrackResult& track, const PlanarMotion& step, Timestamp stamp) const {
-  constexpr double kPeriod = 0.05;    // s
-  constexpr double kDistance = 0.02;  // m in a period
-  constexpr double kAngle = DegreesToRadians(1.0);
-  const Rigid2 off = (ProjectToPlane(last_.T_map_base) * step.T_i_j).Inverse() * ProjectToPlane(track.T_map_base);
-  const double periods = std::max(1.0, SecondsBetween(last_.stamp, stamp) / kPeriod);
-  return off.translation.norm() > periods * kDistance || std::abs(off.angle) > periods * kAngle;
 }
 
 CameraView Localization::ViewOf(const FramePacket& packet, const TrackedFrame& frame) const {
@@ -195,10 +209,11 @@ void Localization::Record(const FramePacket& packet, bool was_localized, Tracked
   const RecordedFrame recorded{packet.image.stamp, track.reference, track.T_ref_base, packet.T_base_camera,
                                track.status == TrackingState::kOdometry};
   if (!was_localized) {
-    for (const RecordedFrame& early : early_frames_.TakeBefore(recorded, known_.map->metric)) trajectory_.Add(early);
+    for (const RecordedFrame& early : recorded_.early.TakeBefore(recorded, known_.map->metric))
+      recorded_.trajectory.Add(early);
   }
-  trajectory_.Add(recorded);
-  frame->number = trajectory_.size() - 1;
+  recorded_.trajectory.Add(recorded);
+  frame->number = recorded_.trajectory.size() - 1;
   last_.T_map_base = track.T_map_base;
   last_.covariance = track.covariance;
   last_.stamp = packet.image.stamp;

@@ -1,7 +1,6 @@
 #include "planar_vslam/pipeline/map_jobs.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <functional>
 #include <utility>
@@ -14,27 +13,6 @@ namespace {
 
 constexpr int kWriterNiceness = 5;     // tracking comes first...
 constexpr int kSearcherNiceness = 10;  // ...and what nobody waits for last
-
-std::unique_ptr<Executor> MakeExecutor(Schedule schedule, int niceness) {
-  if (schedule == Schedule::kInline) return std::make_unique<InlineExecutor>();
-  return std::make_unique<WorkerExecutor>(niceness);
-}
-
-// Runs `job` on `executor`; its value comes through the future.
-template <class Job>
-auto Submit(Executor* executor, Job job) {
-  using Value = std::invoke_result_t<Job>;
-  auto task = std::make_shared<std::packaged_task<Value()>>(std::move(job));
-  std::future<Value> value = task->get_future();
-  executor->Submit([task] { (*task)(); });
-  return value;
-}
-
-template <class Value>
-bool IsReady(const std::future<Value>& value, bool wait) {
-  if (wait) value.wait();
-  return value.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
-}
 
 void AddBundle(const BundleSummary& bundle, MapChange* change) {
   change->bundle_iterations = bundle.iterations;

@@ -5,6 +5,7 @@
 namespace planar_vslam {
 namespace {
 
+constexpr int kNiceness = 5;   // tracking comes first
 constexpr int kPatience = 20;  // frames during which the robot is taken to be about where odometry says
 
 // What odometry predicts, corrected by what was measured: a Kalman update. Where odometry is farther off than it says,
@@ -28,6 +29,9 @@ PlanarFix Moved(const PlanarFix& from, const PlanarMotion& step) {
   return {from.T_map_base * step.T_i_j, adjoint * from.covariance * adjoint.transpose() + step.covariance};
 }
 
+Relocalizer::Relocalizer(const RelocalizerOptions& options)
+    : options_(options), drift_(options.systematic), executor_(MakeExecutor(options.schedule, kNiceness)) {}
+
 void Relocalizer::UseSweeps(const Map& map) {
   map_laser_ = options_.laser == LaserLocalize::kAuto ? LaserOf(map, options_.scan_match) : MapLaser{};
 }
@@ -35,30 +39,41 @@ void Relocalizer::UseSweeps(const Map& map) {
 void Relocalizer::OnGivenPose() {
   finder_.reset();
   unconfirmed_ = 0;
+  drift_.Forget();
+}
+
+PlanarFix Relocalizer::WithDrift(PlanarFix fix) const {
+  fix.covariance += drift_.Covariance();
+  return fix;
 }
 
 std::optional<PlanarFix> Relocalizer::Find(const PlaceQuery& query) {
   const bool localized = query.last.has_value();
   const bool lost = unconfirmed_ >= kPatience && !query.map_grows;
-  if (!query.step.has_value() || !query.map.metric || (localized && !lost)) {
+  if (query.step.has_value() && localized && !query.map_grows) drift_.Move(query.step->T_i_j);
+  if (!query.step.has_value() || !query.map->metric || (localized && !lost)) {
     finder_.reset();
     return std::nullopt;
   }
   if (!finder_.has_value()) {
-    std::optional<Rigid2> expected;
-    if (localized) expected = query.last->T_map_base;
-    finder_.emplace(map_laser_.field, expected);
+    if (sight_map_ == nullptr || &sight_map_->map() != query.map.get())
+      sight_map_ = std::make_shared<SightMap>(query.map);
+    finder_.emplace(map_laser_.field, localized, SightSearch(sight_map_, executor_.get()));
   }
   finder_->Add(query.packet, query.step->T_i_j);
-  std::optional<PlanarFix> found = finder_->Found();
+  const std::optional<SettledPlace> found = finder_->Found();
   if (!found.has_value()) return std::nullopt;
+  const PlanarFix place{found->T_map_base, found->covariance};
   if (finder_->ByLaser()) {
     OnGivenPose();
-    return found;
+    return place;
   }
   // Until the camera follows from there, the images of the last metres go on to tell.
   unconfirmed_ = kPatience;
-  return localized ? Merged(Moved(*query.last, *query.step), *found) : found;
+  const bool merge = localized && !found->with_expected;
+  const PlanarFix merged = merge ? Merged(WithDrift(Moved(*query.last, *query.step)), place) : place;
+  drift_.Forget();
+  return merged;
 }
 
 bool Relocalizer::ViewMayJump() const { return !finder_.has_value() || finder_->ByLaser() || !options_.has_floor; }
@@ -67,8 +82,12 @@ std::optional<PlanarFix> Relocalizer::FixByLaser(const FramePacket& packet, cons
   return LaserTracker(map_laser_).Fix(packet, predicted.T_map_base, predicted.covariance);
 }
 
-void Relocalizer::AddView(const CameraView& view, const Map& map, const std::vector<Placement>& seen) {
-  if (finder_.has_value() && (finder_->ByLaser() || options_.has_floor)) finder_->AddView(view, map, seen);
+void Relocalizer::AddView(const CameraView& view, const Map& map, const std::vector<Placement>& seen,
+                          const std::optional<PlanarFix>& predicted) {
+  if (!finder_.has_value() || !(finder_->ByLaser() || options_.has_floor)) return;
+  std::optional<SettledPlace> expected;
+  if (predicted.has_value()) expected = SettledPlace{predicted->T_map_base, WithDrift(*predicted).covariance};
+  finder_->AddView(view, map, seen, expected);
 }
 
 bool Relocalizer::Contradicts(const Rigid3& T_map_base) const {
@@ -77,7 +96,9 @@ bool Relocalizer::Contradicts(const Rigid3& T_map_base) const {
 
 void Relocalizer::Note(Timestamp stamp, bool by_camera, bool by_laser) {
   if (by_laser) fixed_ = stamp;
-  unconfirmed_ = by_camera || IsFixed(stamp) ? 0 : unconfirmed_ + 1;
+  const bool confirmed = by_camera || IsFixed(stamp);
+  unconfirmed_ = confirmed ? 0 : unconfirmed_ + 1;
+  if (confirmed) drift_.Forget();
 }
 
 bool Relocalizer::IsFixed(Timestamp stamp) const {

@@ -34,8 +34,7 @@ MapLaser LaserOf(const Map& map, const ScanMatchOptions& options) {
 
 void PlaceFinder::Add(const FramePacket& packet, const Rigid2& step) {
   belief_.Move(step);
-  if (sight_.has_value()) sight_->Move(step);
-  if (expected_.has_value()) expected_ = *expected_ * step;
+  sight_.Move(step);
   ++packets_;
   for (const ScanPacket& scan : packet.scans) belief_.AddSweep(scan.scan, scan.T_base_laser, scan.T_frame_base);
 }
@@ -78,16 +77,14 @@ double PlaceFinder::Excess(const std::vector<Sighting>& sightings, std::size_t o
   return sightings[of].found - kTimes * rival - kMore;
 }
 
-void PlaceFinder::AddView(const CameraView& view, const Map& map, const std::vector<Placement>& seen) {
+void PlaceFinder::AddView(const CameraView& view, const Map& map, const std::vector<Placement>& seen,
+                          const std::optional<SettledPlace>& expected) {
   if (ByLaser()) return AddViewBesideLaser(view, map, seen);
   constexpr int kPatience = 10;  // packets: a laser turns more slowly than images come
-  if (waits_for_sweeps_ && packets_ <= kPatience) return;
-  if (!sight_.has_value()) sight_.emplace(std::make_shared<const LandmarkTable>(map), expected_);
-  if (!sight_->WantsView()) return;
+  if ((waits_for_sweeps_ && packets_ <= kPatience) || !sight_.WantsView()) return;
   std::vector<Rigid2> suggested;
   for (const Placement& placement : seen) suggested.push_back(ProjectToPlane(placement.T_map_base));
-  sight_->AddView(view, map, suggested);
-  viewed_ = true;
+  sight_.AddView(view, std::move(suggested), expected);
 }
 
 void PlaceFinder::AddViewBesideLaser(const CameraView& view, const Map& map, const std::vector<Placement>& seen) {
@@ -111,17 +108,13 @@ void PlaceFinder::AddViewBesideLaser(const CameraView& view, const Map& map, con
   belief_.AddView(places);
 }
 
-std::optional<PlanarFix> PlaceFinder::Found() {
+std::optional<SettledPlace> PlaceFinder::Found() {
   constexpr double kPosition = 0.10;  // m: the field's cells, and odometry over the sweeps
   constexpr double kAngle = DegreesToRadians(2.0);
   if (const std::optional<Rigid2> by_laser = belief_.Believed())
-    return PlanarFix{*by_laser, Diagonal(kPosition, kAngle)};
-  if (ByLaser() || !viewed_) return std::nullopt;
-  viewed_ = false;
-  const std::optional<SightedPlace>& by_sight = sight_->Believed();
-  if (!by_sight.has_value()) return std::nullopt;
-  sight_->Expect(by_sight->T_map_base);
-  return PlanarFix{by_sight->T_map_base, by_sight->covariance};
+    return SettledPlace{*by_laser, Diagonal(kPosition, kAngle)};
+  if (ByLaser()) return std::nullopt;
+  return sight_.Found();
 }
 
 // The best of all poses around. Nothing where none explains the sweep, or several do.

@@ -21,20 +21,28 @@ constexpr double kStep = 0.22;  // m between views: each is a new place
 
 class Driver {
  public:
+  // `expected`: where odometry takes the robot to be at its first place, to half a metre and ten degrees.
   Driver(const test::SyntheticWorld& shown, const Map& map, const std::optional<Rigid2>& expected = std::nullopt)
-      : shown_(shown), map_(map), belief_(std::make_shared<const LandmarkTable>(map), expected) {}
+      : shown_(shown), belief_(std::make_shared<SightMap>(std::make_shared<const Map>(map))) {
+    constexpr double kDistance = 0.5, kAngle = DegreesToRadians(10.0);
+    if (!expected.has_value()) return;
+    expected_ = SettledPlace{*expected};
+    expected_->covariance = Eigen::Vector3d(kDistance, kDistance, kAngle).cwiseAbs2().asDiagonal();
+  }
 
   // The robot drives to its next place and sees this share of the landmarks there.
   void See(double share) {
     const Rigid3 T_map_base = test::SyntheticPose(x_);
-    if (views_ > 0) belief_.Move(ProjectToPlane(test::SyntheticPose(x_ - kStep).Inverse() * T_map_base));
+    const Rigid2 moved = ProjectToPlane(test::SyntheticPose(x_ - kStep).Inverse() * T_map_base);
+    if (views_ > 0) belief_.Move(moved);
+    if (views_ > 0 && expected_.has_value()) expected_->T_map_base = expected_->T_map_base * moved;
     const auto view = test::Observe(shown_, T_map_base * shown_.T_base_camera, 0.5, ++views_);
     auto features = std::make_shared<FrameFeatures>(*view.features);
     for (Descriptor& descriptor : features->descriptors) {
       if (unit_(generator_) > share) descriptor = {generator_(), generator_(), generator_(), generator_()};
     }
-    ASSERT_TRUE(belief_.WantsView());
-    belief_.AddView({features, shown_.T_base_camera, shown_.camera, PlanarPriorOptions{}, 1.0}, map_, {});
+    ASSERT_TRUE(views_ == 1 || SightBelief::IsNewPlace(moved));
+    belief_.AddView({features, shown_.T_base_camera, shown_.camera, PlanarPriorOptions{}, 1.0}, {}, expected_);
     truth_ = ProjectToPlane(T_map_base);
     x_ += kStep;
   }
@@ -44,8 +52,8 @@ class Driver {
 
  private:
   const test::SyntheticWorld& shown_;
-  const Map& map_;
   SightBelief belief_;
+  std::optional<SettledPlace> expected_;
   double x_ = 0.4;
   std::uint32_t views_ = 0;
   Rigid2 truth_;

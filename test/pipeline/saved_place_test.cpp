@@ -57,13 +57,14 @@ class SavedPlace : public ::testing::Test {
   static fs::path Drive(const std::string& name) { return folder_->path() / name; }
 
   // The second visit in a map.
-  static std::vector<FrameReport> Localize(const SavedMap& saved, LaserLocalize laser) {
+  static std::vector<FrameReport> Localize(const SavedMap& saved, LaserLocalize laser,
+                                           Schedule schedule = Schedule::kInline) {
     Expected<std::unique_ptr<Recording>> recording = OpenRecording(Drive("second"), RecordingOptions{});
     EXPECT_TRUE(recording.ok());
     PipelineOptions options;
     options.mode = RunMode::kLocalization;
     options.laser_localize = laser;
-    Estimator estimator({options, (*recording)->info().camera, true, true, Schedule::kInline});
+    Estimator estimator({options, (*recording)->info().camera, true, true, schedule});
     EXPECT_TRUE(estimator.LoadMap(saved).ok());
     RunSettings settings;
     settings.from = kBegin;
@@ -134,6 +135,28 @@ TEST_F(SavedPlace, WithoutSweepsOrWithTheLaserOffIsUpToTheCamera) {
     EXPECT_EQ(bare[i].T_map_base->translation, off[i].T_map_base->translation);
   }
   EXPECT_LT(LargestError(off), 0.5) << "no pose, or a right one";
+}
+
+TEST_F(SavedPlace, IsSearchedForBesideTheTrackingAndNeverWrong) {
+  const std::vector<FrameReport> frames = Localize(*saved_, LaserLocalize::kOff, Schedule::kThreaded);
+  EXPECT_EQ(frames.size(), Localize(*saved_, LaserLocalize::kOff).size());
+  EXPECT_LT(LargestError(frames), 0.5);
+}
+
+TEST_F(SavedPlace, MapToOdomMovesInSmallStepsOrIsDeclared) {
+  for (const LaserLocalize laser : {LaserLocalize::kAuto, LaserLocalize::kOff}) {
+    const std::vector<FrameReport> frames = Localize(*saved_, laser);
+    for (std::size_t i = 1; i < frames.size(); ++i) {
+      if (!frames[i].T_map_odom.has_value() || !frames[i - 1].T_map_odom.has_value()) continue;
+      if (frames[i].state == TrackingState::kRelocalized) continue;
+      const Rigid2 at_robot = ProjectToPlane(*frames[i].T_map_base);
+      const Rigid2 led = *frames[i - 1].T_map_odom * frames[i].T_map_odom->Inverse() * at_robot;
+      const Rigid2 step = led.Inverse() * at_robot;
+      const double periods = SecondsBetween(frames[i - 1].stamp, frames[i].stamp) / 0.05;
+      EXPECT_LE(step.translation.norm(), 0.02 * periods) << i;
+      EXPECT_LE(std::abs(step.angle), DegreesToRadians(1.0) * periods) << i;
+    }
+  }
 }
 
 }  // namespace

@@ -19,6 +19,15 @@ struct TableLandmark {
   std::uint32_t headings = 0;  // bit i: seen by a camera that looked within 60 degrees of heading sector i
 };
 
+// Landmarks one behind the other in the table that one look can pass over: landmarks of one keyframe are neighbours.
+struct LandmarkGroup {
+  std::size_t begin = 0, end = 0;
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  double radius = 0.0;         // m, of all of them around it
+  double max_distance = 0.0;   // m, the largest
+  std::uint32_t headings = 0;  // of any
+};
+
 class LandmarkTable {
  public:
   static constexpr std::size_t kSectors = 24;
@@ -30,6 +39,7 @@ class LandmarkTable {
 
   bool empty() const { return landmarks_.empty(); }
   const std::vector<TableLandmark>& landmarks() const { return landmarks_; }
+  const std::vector<LandmarkGroup>& groups() const { return groups_; }
   const std::vector<Descriptor>& descriptors() const { return descriptors_; }
   // Indices of those that a keypoint of this orientation, rad, may show. Ascending.
   const std::vector<int>& TurnedLike(float angle) const;
@@ -39,6 +49,7 @@ class LandmarkTable {
 
  private:
   std::vector<TableLandmark> landmarks_;
+  std::vector<LandmarkGroup> groups_;
   std::vector<Descriptor> descriptors_;
   std::array<std::vector<int>, kSectors> turned_like_;
   std::vector<Eigen::Vector2d> driven_;

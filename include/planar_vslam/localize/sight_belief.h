@@ -10,63 +10,66 @@
 //
 // One place is believed when its odds exceed those of all places of the map against "unknown", and when no other place
 // comes near, three times, at three places, each where odometry leads from the other. Where odometry says where the
-// robot is expected, places near there need less, and others show what nothing but the place itself shows.
+// robot is expected, its covariance P makes the odds of a place there, d off, less by  d^T (P + Sigma)^-1 d / 2  and by
+// the log of how many places the covariance covers. Beyond its 99.9 % ellipse a place has to show what nothing but the
+// place itself shows.
 #include <memory>
 #include <optional>
 #include <vector>
 
 #include "planar_vslam/localize/floor_votes.h"
+#include "planar_vslam/localize/look_alikes.h"
 
 namespace planar_vslam {
 
-struct SightedPlace {
-  Rigid2 T_map_base;
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();  // of a right perturbation [x, y, angle]
+struct SightedPlace : SettledPlace {
   Agreement agreement;
   double log_odds = 0.0;
 };
 
 class SightBelief {
  public:
-  // `expected`: where the robot is by odometry from a pose that was known; nothing where it may be anywhere.
-  SightBelief(std::shared_ptr<const LandmarkTable> table, const std::optional<Rigid2>& expected)
-      : table_(std::move(table)), expected_(expected) {}
+  explicit SightBelief(std::shared_ptr<SightMap> map) : map_(std::move(map)) {}
 
   // The robot moved.
   void Move(const Rigid2& T_before_now);
-  // Whether a view from here would be evidence: the robot has moved since the last one.
-  bool WantsView() const;
-  // A view from here, of `map`, which the table is of; places that somebody else suggests are weighed, too.
-  void AddView(const CameraView& view, const Map& map, const std::vector<Rigid2>& suggested);
+  // Whether a view would be evidence, after the robot has moved so far since the last one.
+  static bool IsNewPlace(const Rigid2& moved);
+  // A view from here; places that somebody else suggests are weighed, too. `expected`: where the robot is by odometry
+  // from a pose that was known; nothing where it may be anywhere.
+  void AddView(const CameraView& view, const std::vector<Rigid2>& suggested,
+               const std::optional<SettledPlace>& expected);
 
   // Best first.
   const std::vector<SightedPlace>& places() const { return places_; }
-  // The place that is believed, if one is.
+  // The place that is believed, if one is. Its covariance is that of what the views since the last one that was say by
+  // themselves: views that have told before do not tell again.
   const std::optional<SightedPlace>& Believed() const { return believed_; }
-  // The robot is taken to be there from now on.
-  void Expect(const Rigid2& T_map_base) { expected_ = T_map_base; }
 
  private:
   std::vector<Rigid2> Candidates(const std::vector<Rigid2>& suggested) const;
-  SightedPlace Weigh(const Rigid2& guess, const std::vector<SightView>& views) const;
-  bool IsExpected(const Rigid2& T_map_base) const;
+  SightedPlace Weigh(const SettledPlace& settled, const std::vector<SightView>& views) const;
+  void WeighExpected();
+  // d^T (P + Sigma)^-1 d; nothing where the robot may be anywhere.
+  std::optional<double> OffExpected(const SightedPlace& place) const;
+  bool IsExpected(const SightedPlace& place) const;
+  // Log odds that it takes to believe in a place.
+  double Enough(const SightedPlace& place) const;
+  // What of all that the views show is not part of a place yet that was believed.
+  double News() const;
   // Whether it is the one place the views speak for, as far as they were looked at.
-  bool StandsOut(const SightedPlace& best, const Map& map) const;
-  void Count(const Map& map);
+  bool StandsOut(const SightedPlace& best) const;
+  void Count();
 
-  std::shared_ptr<const LandmarkTable> table_;
+  std::shared_ptr<SightMap> map_;
   std::vector<SightView> views_;
   std::vector<std::vector<LikelyMatch>> matches_;  // of each view
   std::vector<SightedPlace> places_;               // best first
-  std::optional<Rigid2> expected_;
-  std::optional<Rigid2> leader_;  // that stood out at the last view
-  int stood_out_ = 0;             // views in a row at which it did
+  std::optional<SettledPlace> expected_;           // at the last view
+  std::optional<Rigid2> leader_;                   // that stood out at the last view
+  int stood_out_ = 0;                              // views in a row at which it did
   std::optional<SightedPlace> believed_;
+  std::size_t news_ = 0;  // views since a place was believed
 };
-
-// The largest share of what the map saw around `T_map_base` that it shows at another place, too. `views` say where it
-// is asked.
-double LookAlikeShare(const LandmarkTable& table, const Map& map, const Rigid2& T_map_base,
-                      const std::vector<SightView>& views);
 
 }  // namespace planar_vslam

@@ -30,11 +30,16 @@ Agreement Compare(const LandmarkTable& table, const Rigid2& T_map_base, const st
 struct SettledPlace {
   Rigid2 T_map_base;
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
+  bool with_expected = false;  // what was expected is part of it
 };
 
 // The place near `guess`, within some 0.3 m and 5 degrees, where most landmarks lie best. The guess where too few are
 // found.
 SettledPlace Settle(const LandmarkTable& table, const Rigid2& guess, const std::vector<SightView>& views);
+// The same from where the robot is expected, which takes part with its covariance. `news`: the share of what the views
+// show that is not part of the expectation yet.
+SettledPlace SettleExpected(const LandmarkTable& table, const SettledPlace& expected,
+                            const std::vector<SightView>& views, double news);
 
 // The share of landmarks that the images would show by chance, around there: what is found from a place where the robot
 // is turned by some degrees, and landmarks lie where they do not belong.

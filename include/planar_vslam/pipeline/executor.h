@@ -1,13 +1,19 @@
 #pragma once
 // Who runs a job and when. Stages are functions; this is the only place that knows threads.
+#include <chrono>
 #include <condition_variable>
 #include <deque>
 #include <functional>
+#include <future>
 #include <memory>
 #include <mutex>
 #include <thread>
+#include <type_traits>
+#include <utility>
 
 namespace planar_vslam {
+
+enum class Schedule { kInline, kThreaded };
 
 class Executor {
  public:
@@ -38,5 +44,24 @@ class WorkerExecutor final : public Executor {
   bool stopping_ = false;
   std::thread thread_;
 };
+
+// What the schedule runs jobs on. `niceness` of its worker.
+std::unique_ptr<Executor> MakeExecutor(Schedule schedule, int niceness);
+
+// Runs `job` on `executor`; its value comes through the future.
+template <class Job>
+auto Submit(Executor* executor, Job job) {
+  using Value = std::invoke_result_t<Job>;
+  auto task = std::make_shared<std::packaged_task<Value()>>(std::move(job));
+  std::future<Value> value = task->get_future();
+  executor->Submit([task] { (*task)(); });
+  return value;
+}
+
+template <class Value>
+bool IsReady(const std::future<Value>& value, bool wait) {
+  if (wait) value.wait();
+  return value.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+}
 
 }  // namespace planar_vslam

@@ -13,6 +13,7 @@
 #include "planar_vslam/pipeline/map_change.h"
 #include "planar_vslam/pipeline/mapping.h"
 #include "planar_vslam/pipeline/options.h"
+#include "planar_vslam/pipeline/pose_slew.h"
 #include "planar_vslam/pipeline/relocalizer.h"
 #include "planar_vslam/pipeline/synchronizer.h"
 #include "planar_vslam/pipeline/trajectory_recorder.h"
@@ -21,8 +22,10 @@ namespace planar_vslam {
 
 class Localization {
  public:
-  // There is no map: the first frames make one. `trajectory_frames`: how many frames are remembered; 0: all.
-  Localization(const PipelineOptions& options, const MeasurementModel& model, std::size_t trajectory_frames);
+  // There is no map: the first frames make one. `schedule`: where a place is searched for. `trajectory_frames`: how
+  // many frames are remembered; 0: all.
+  Localization(const PipelineOptions& options, const MeasurementModel& model, Schedule schedule,
+               std::size_t trajectory_frames);
 
   // Finds frames in `map` from now on, wherever in it they are.
   void StartIn(std::shared_ptr<const Map> map);
@@ -40,7 +43,7 @@ class Localization {
                       std::shared_ptr<const Map>* new_map);
 
   const std::shared_ptr<const Map>& map() const { return known_.map; }
-  const TrajectoryRecorder& trajectory() const { return trajectory_; }
+  const TrajectoryRecorder& trajectory() const { return recorded_.trajectory; }
 
  private:
   std::shared_ptr<const Map> Initialize(const FramePacket& packet, TrackedFrame* frame, FrameReport* report);
@@ -55,23 +58,27 @@ class Localization {
   void WeighView(const FramePacket& packet, bool was_localized, TrackedFrame* frame);
   // Of the last frame with a pose, on the floor.
   PlanarFix LastFix() const;
-  // Whether the pose is off what odometry leads to by more than a controller may see without being told.
-  bool Jumps(const TrackResult& track, const PlanarMotion& step, Timestamp stamp) const;
+  // The pose as it is published, in a map that stays as it is.
+  void Slew(const std::optional<PlanarMotion>& step, FrameReport* report);
   CameraView ViewOf(const FramePacket& packet, const TrackedFrame& frame) const;
 
-  const PipelineOptions options_;
   const MeasurementModel model_;
+  const int feature_count_;  // of an image
   OrbExtractor extractor_;
   Initializer initializer_;
   Tracker tracker_;
-  struct {
+  struct Known {
     std::shared_ptr<const Map> map;
     std::optional<KeyframeAccuracy> accuracy;
     WheelNoise wheel_noise;
+    MountUncertainty mount;
   } known_;
-  TrajectoryRecorder trajectory_;
-  EarlyFrames early_frames_;
+  struct Recorded {
+    TrajectoryRecorder trajectory;
+    EarlyFrames early;  // frames from before the first pose
+  } recorded_;
   Relocalizer relocalizer_;
+  PoseSlew slew_;
   struct {
     Rigid3 T_map_base;
     Timestamp stamp;

@@ -21,8 +21,6 @@
 
 namespace planar_vslam {
 
-enum class Schedule { kInline, kThreaded };
-
 struct MapJobsContext {
   MapperContext mapper;
   ScaleOptions scale;

@@ -1,8 +1,11 @@
 #pragma once
 // Whether a robot in a known map still knows its place, and the search for it while it does not: counts who confirmed
 // the poses, keeps what the map's sweeps tell, and gathers evidence from packets while nobody does.
+#include <memory>
 #include <optional>
 
+#include "planar_vslam/pipeline/blind_drift.h"
+#include "planar_vslam/pipeline/executor.h"
 #include "planar_vslam/pipeline/options.h"
 #include "planar_vslam/pipeline/saved_place.h"
 
@@ -11,7 +14,9 @@ namespace planar_vslam {
 struct RelocalizerOptions {
   LaserLocalize laser = LaserLocalize::kAuto;
   ScanMatchOptions scan_match;
+  SystematicErrors systematic;
   bool has_floor = true;  // the robot stays on it: images of several places can be joined
+  Schedule schedule = Schedule::kInline;
 };
 
 // Where odometry leads from a pose.
@@ -20,7 +25,7 @@ PlanarFix Moved(const PlanarFix& from, const PlanarMotion& step);
 // What is known of a packet's place before anything is searched for.
 struct PlaceQuery {
   const FramePacket& packet;
-  const Map& map;
+  const std::shared_ptr<const Map>& map;
   std::optional<PlanarMotion> step;  // by odometry, since the packet before...
   std::optional<PlanarFix> last;     // ...and where that was; nothing while frames have no pose
   bool map_grows = false;
@@ -28,7 +33,7 @@ struct PlaceQuery {
 
 class Relocalizer {
  public:
-  explicit Relocalizer(const RelocalizerOptions& options) : options_(options) {}
+  explicit Relocalizer(const RelocalizerOptions& options);
 
   // The map stays as it is from now on: its sweeps tell poses.
   void UseSweeps(const Map& map);
@@ -41,8 +46,10 @@ class Relocalizer {
   bool ViewMayJump() const;
   // What the laser says of the pose that is `predicted`, in a map that stays as it is.
   std::optional<PlanarFix> FixByLaser(const FramePacket& packet, const PlanarFix& predicted) const;
-  // While the place is searched for: a view that was not found, and where a search by descriptors would put it.
-  void AddView(const CameraView& view, const Map& map, const std::vector<Placement>& seen);
+  // While the place is searched for: a view that was not found, where a search by descriptors would put it, and where
+  // odometry leads; nothing while frames have no pose.
+  void AddView(const CameraView& view, const Map& map, const std::vector<Placement>& seen,
+               const std::optional<PlanarFix>& predicted);
   // ...and whether the laser sees another place than this one, which a view gave.
   bool Contradicts(const Rigid3& T_map_base) const;
 
@@ -50,13 +57,20 @@ class Relocalizer {
   void Note(Timestamp stamp, bool by_camera, bool by_laser);
   // Whether the laser has told the whole pose a moment ago.
   bool IsFixed(Timestamp stamp) const;
+  // What wheels that read wrong throughout add to the covariance of poses on odometry, in a map that stays as it is.
+  Eigen::Matrix3d Drift() const { return drift_.Covariance(); }
 
  private:
+  PlanarFix WithDrift(PlanarFix fix) const;
+
   RelocalizerOptions options_;
-  MapLaser map_laser_;                 // of the map that was started in
-  std::optional<PlaceFinder> finder_;  // while the place is unknown
-  std::optional<Timestamp> fixed_;     // frame of which the laser told the whole pose, the last one
-  int unconfirmed_ = 0;                // frames in a row whose pose neither camera nor laser told
+  MapLaser map_laser_;                   // of the map that was started in
+  std::shared_ptr<SightMap> sight_map_;  // of the map that was searched last
+  std::optional<PlaceFinder> finder_;    // while the place is unknown
+  std::optional<Timestamp> fixed_;       // frame of which the laser told the whole pose, the last one
+  int unconfirmed_ = 0;                  // frames in a row whose pose neither camera nor laser told
+  BlindDrift drift_;
+  std::unique_ptr<Executor> executor_;  // last: its jobs end before the rest goes
 };
 
 }  // namespace planar_vslam

@@ -7,9 +7,9 @@
 
 #include "planar_vslam/frontend/tracker.h"
 #include "planar_vslam/localize/place_belief.h"
-#include "planar_vslam/localize/sight_belief.h"
 #include "planar_vslam/localize/surface_map.h"
 #include "planar_vslam/map/map.h"
+#include "planar_vslam/pipeline/sight_search.h"
 #include "planar_vslam/pipeline/synchronizer.h"
 #include "planar_vslam/recognition/place.h"
 
@@ -24,16 +24,18 @@ MapLaser LaserOf(const Map& map, const ScanMatchOptions& options);
 
 class PlaceFinder {
  public:
-  // `expected`: where the robot is by odometry; nothing where it may be anywhere.
-  PlaceFinder(std::shared_ptr<const LikelihoodField> field, const std::optional<Rigid2>& expected)
-      : waits_for_sweeps_(field != nullptr), expected_(expected), belief_(std::move(field), expected.has_value()) {}
+  // `localized`: odometry says about where the robot is.
+  PlaceFinder(std::shared_ptr<const LikelihoodField> field, bool localized, SightSearch sight)
+      : waits_for_sweeps_(field != nullptr), belief_(std::move(field), localized), sight_(std::move(sight)) {}
 
   // The robot moved to where this packet was taken; its sweeps. `step`: the identity where the robot just began.
   void Add(const FramePacket& packet, const Rigid2& step);
-  // The packet's image, and where a search by descriptors would put it.
-  void AddView(const CameraView& view, const Map& map, const std::vector<Placement>& seen);
-  // Where the robot is now, once that is clear, with its covariance. What images tell is told once a view.
-  std::optional<PlanarFix> Found();
+  // The packet's image, where a search by descriptors would put it, and where the robot is by odometry; nothing where
+  // it may be anywhere.
+  void AddView(const CameraView& view, const Map& map, const std::vector<Placement>& seen,
+               const std::optional<SettledPlace>& expected);
+  // Where the robot is now, once that is clear. What images tell is told once a view.
+  std::optional<SettledPlace> Found();
   bool Contradicts(const Rigid3& T_map_base) const { return belief_.Contradicts(ProjectToPlane(T_map_base)); }
   // Whether the laser sees enough to tell. Where it does not, images of several places have to agree on one.
   bool ByLaser() const { return belief_.SeesEnough(); }
@@ -46,10 +48,8 @@ class PlaceFinder {
 
   bool waits_for_sweeps_;  // for some packets, before images have to do
   int packets_ = 0;
-  bool viewed_ = false;  // since Found()
-  std::optional<Rigid2> expected_;
   PlaceBelief belief_;
-  std::optional<SightBelief> sight_;  // since it is asked
+  SightSearch sight_;
 };
 
 class LaserTracker {

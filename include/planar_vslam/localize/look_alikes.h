@@ -1,0 +1,37 @@
+#pragma once
+// What a map shows elsewhere of what it shows at one of its places: rows of equal benches, aisles that look alike.
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "planar_vslam/localize/sight_match.h"
+
+namespace planar_vslam {
+
+// The largest share of what the map saw around `T_map_base` that it shows at another place, too. `views` say where it
+// is asked.
+double LookAlikeShare(const LandmarkTable& table, const Map& map, const Rigid2& T_map_base,
+                      const std::vector<SightView>& views);
+
+// A map to be searched by images. What the search needs of it is made when it is asked for first; an answer about
+// look-alikes counts for a metre around. One thread.
+class SightMap {
+ public:
+  explicit SightMap(std::shared_ptr<const Map> map) : map_(std::move(map)) {}
+
+  const Map& map() const { return *map_; }
+  const LandmarkTable& table();
+  double LookAlikeShareAt(const Rigid2& T_map_base, const std::vector<SightView>& views);
+
+ private:
+  struct Answer {
+    Rigid2 T_map_base;
+    double share = 0.0;
+  };
+
+  std::shared_ptr<const Map> map_;
+  std::optional<LandmarkTable> table_;
+  std::vector<Answer> answers_;
+};
+
+}  // namespace planar_vslam
