@@ -26,6 +26,8 @@ void AddSimulate(CLI::App& app, int* exit_code);
 void AddMap(CLI::App& app, int* exit_code);
 // Of `map`.
 void AddMapMerge(CLI::App& map, int* exit_code);
+// After all others, which it describes.
+void AddShell(CLI::App& app, const std::string& version);
 
 // "planar_vslam: message" as one line on stderr; returns `exit_code`.
 int Fail(int exit_code, const std::string& message);

@@ -31,6 +31,7 @@ int Main(int argc, char** argv) {
   AddGridScore(app, &exit_code);
   AddSimulate(app, &exit_code);
   AddMap(app, &exit_code);
+  AddShell(app, "planar_vslam " PV_VERSION);
   app.require_subcommand(0, 1);  // an unknown command is then named as unexpected, not reported as a missing one
   try {
     app.parse(argc, argv);
