@@ -24,7 +24,7 @@ class Player:
         rospy.init_node('latency_player', disable_signals=True)
         rospy.Subscriber('pose', PoseWithCovarianceStamped, self.on_pose, queue_size=100, tcp_nodelay=True)
         self.messages = self.load()
-        self.publishers = {topic: rospy.Publisher(topic, kind, queue_size=100, latch=topic == '/tf_static', tcp_nodelay=True)
+        self.publishers = {topic: rospy.Publisher(topic, kind, queue_size=100, latch=topic == '/tf_static')
                            for topic, kind in {(t, type(m)) for _, t, m in self.messages}}
         self.wait(lambda: all(p.get_num_connections() for t, p in self.publishers.items() if t != '/scan'), 'slam_node')
 

@@ -49,6 +49,15 @@ class SlamApp::Implementation {
   // Messages roscpp itself keeps; the node's own queue decides what is dropped.
   std::uint32_t Backlog() const { return settings_.lossless ? 0 : 100; }
 
+  template <class Message, class Callback>
+  void Listen(const std::string& topic, const Callback& on_message) {
+    using Pointer = boost::shared_ptr<const Message>;
+    const boost::function<void(const Pointer&)> callback = on_message;
+    subscribers_.push_back(node_.subscribe<Message>(topic, Backlog(), callback, ros::VoidPtr(), AtOnce()));
+  }
+  // Else TCP holds small messages, and the end of large ones, back until what came before is acknowledged: up to 40 ms.
+  static ros::TransportHints AtOnce() { return ros::TransportHints().tcpNoDelay(); }
+
   void Subscribe() {
     SubscribeImages();
     Forward<sensor_msgs::CameraInfo>("camera_info");
@@ -57,7 +66,7 @@ class SlamApp::Implementation {
         if (settings_.odometry == OdometrySource::kTf) NoteOdometry(*tf);
         tracking_.Push(TfInput{tf, is_static});
       };
-      subscribers_.push_back(node_.subscribe<tf2_msgs::TFMessage>(is_static ? "/tf_static" : "/tf", Backlog(), push));
+      Listen<tf2_msgs::TFMessage>(is_static ? "/tf_static" : "/tf", push);
     }
     if (!settings_.with_odometry()) return;
     Forward<sensor_msgs::LaserScan>("scan");
@@ -66,14 +75,12 @@ class SlamApp::Implementation {
       localization_.OnOdometry(odometry->header.stamp);
       tracking_.Push(odometry);
     };
-    subscribers_.push_back(node_.subscribe<nav_msgs::Odometry>("odom", Backlog(), push));
+    Listen<nav_msgs::Odometry>("odom", push);
   }
 
   template <class Message>
   void Forward(const std::string& topic) {
-    using Pointer = boost::shared_ptr<const Message>;
-    const auto push = [this](const Pointer& message) { tracking_.Push(message); };
-    subscribers_.push_back(node_.subscribe<Message>(topic, Backlog(), push));
+    Listen<Message>(topic, [this](const boost::shared_ptr<const Message>& message) { tracking_.Push(message); });
   }
 
   // Compressed images need no plugin: they are decoded here.
@@ -84,7 +91,7 @@ class SlamApp::Implementation {
     }
     const auto push = [this](const sensor_msgs::ImageConstPtr& image) { tracking_.Push(image); };
     image_ = image_transport::ImageTransport(node_).subscribe(
-        "image", Backlog(), push, ros::VoidPtr(), image_transport::TransportHints(settings_.image_transport));
+        "image", Backlog(), push, ros::VoidPtr(), image_transport::TransportHints(settings_.image_transport, AtOnce()));
   }
 
   void NoteOdometry(const tf2_msgs::TFMessage& tf) {

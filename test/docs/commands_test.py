@@ -317,7 +317,7 @@ class RosInterface(unittest.TestCase):
         self.assertEqual(names, {row for row in self.rows if row.startswith('~')})
 
     def test_topics_and_services(self):
-        names = re.findall(r'advertise<[^>]*>\(\s*"([^"]+)"|advertiseService\("([^"]+)"|subscribe<[^>]*>\("([^"]+)"|Forward<[^>]*>\("([^"]+)"', self.sources)
+        names = re.findall(r'advertise<[^>]*>\(\s*"([^"]+)"|advertiseService\("([^"]+)"|subscribe<[^>]*>\("([^"]+)"|(?:Forward|Listen)<[^>]*>\("([^"]+)"', self.sources)
         self.assertGreater(len(names), 15)
         for name in (next(filter(None, groups)) for groups in names):
             self.assertIn(name, self.rows)
