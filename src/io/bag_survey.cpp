@@ -76,6 +76,42 @@ SensorFrames FramesOf(const BagIndex& index, const BagTopics& topics, const Imag
   return frames;
 }
 
+// Which topics are read, in words.
+std::string DescribeTopics(const BagSurvey& survey) {
+  const BagTopics& topics = survey.topics;
+  std::vector<std::string> parts = {"images " + topics.image, "camera_info " + topics.camera_info};
+  if (!topics.odometry.empty()) parts.push_back("odometry " + topics.odometry);
+  if (survey.transforms.odom_to_base.has_value()) parts.emplace_back("odometry by tf");
+  if (!topics.scan.empty()) parts.push_back("scans " + topics.scan);
+  return fmt::format("{}", fmt::join(parts, ", "));
+}
+
+// The frames from `from` on, in the order of the way.
+std::string DescribeChain(const TfTree& tree, const std::string& from, const std::string& to, const TfChain& chain) {
+  std::vector<std::string> frames;
+  for (const std::string& frame : chain.up) frames.push_back(frame);
+  if (frames.empty() || frames.front() != from) frames.insert(frames.begin(), from);
+  for (const std::string& frame : chain.down) {
+    if (frame != frames.back()) frames.push_back(frame);
+  }
+  if (frames.back() != to) frames.push_back(to);
+  return fmt::format("{}{}", fmt::join(frames, " > "), tree.StampsOfMotion(chain).empty() ? "" : " (moves)");
+}
+
+std::string DescribeFrames(const BagTransforms& transforms, const SensorFrames& frames) {
+  if (!transforms.has_base_transform) return "";
+  const TfTree& tree = transforms.tree;
+  std::vector<std::string> ways = {DescribeChain(tree, frames.base, frames.camera, transforms.base_to_camera)};
+  if (!frames.laser.empty()) ways.push_back(DescribeChain(tree, frames.base, frames.laser, transforms.base_to_laser));
+  if (!frames.odometry_child.empty() && frames.odometry_child != frames.base) {
+    ways.push_back(DescribeChain(tree, frames.odometry_child, frames.base, transforms.odometry_child_to_base));
+  }
+  if (transforms.odom_to_base.has_value()) {
+    ways.push_back(DescribeChain(tree, frames.odom, frames.base, *transforms.odom_to_base));
+  }
+  return fmt::format("{}", fmt::join(ways, ", "));
+}
+
 // A topic whose poses cannot be used is as good as none, and tf may hold what it should.
 void ChooseOdometry(BagSurvey* survey, SkipLog* skipped) {
   const OdometrySurvey& odometry = survey->index.odometry_survey;
@@ -145,6 +181,8 @@ Expected<BagSurvey> SurveyBag(const Bags& bags, const std::string& file, const R
   info.first_image = images->first;
   info.last_image = images->last;
   info.image_count = images->count;
+  info.topics = DescribeTopics(survey);
+  info.frames = DescribeFrames(survey.transforms, frames);
   info.notes.insert(info.notes.end(), survey.transforms.notes.begin(), survey.transforms.notes.end());
   if (options.require_odometry && !info.has_odometry) {
     return Error{fmt::format("{}: no odometry; expected a nav_msgs/Odometry topic or tf '{}' -> '{}'", file,

@@ -12,6 +12,7 @@ namespace {
 constexpr const char* kRawImage = "sensor_msgs/Image";
 constexpr const char* kCompressedImage = "sensor_msgs/CompressedImage";
 constexpr std::string_view kCompressedSuffix = "/compressed";
+constexpr std::string_view kDepthSuffix = "/compressedDepth";  // of image_transport: no picture
 
 using TypeByTopic = std::map<std::string, std::string>;
 
@@ -38,14 +39,15 @@ class Chooser {
   std::vector<std::string> OfRole(const Role& role) const {
     std::vector<std::string> names;
     for (const auto& [topic, type] : topics_) {
-      if (std::find(role.types.begin(), role.types.end(), type) != role.types.end()) names.push_back(topic);
+      const bool of_type = std::find(role.types.begin(), role.types.end(), type) != role.types.end();
+      if (of_type && !EndsWith(topic, kDepthSuffix)) names.push_back(topic);
     }
     return names;
   }
 
   // The topic the user named, or the only one; empty when there is none and none was named.
   Expected<std::string> Choose(const Role& role, const std::string& wanted) const {
-    const std::vector<std::string> names = OfRole(role);
+    std::vector<std::string> names = OfRole(role);
     if (!wanted.empty()) {
       // image_transport users name the base topic; the bag may hold only its compressed form.
       const std::string compressed = wanted + std::string(kCompressedSuffix);
@@ -56,6 +58,12 @@ class Chooser {
                                fmt::join(role.types, " or "),
                                names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", ")))};
     }
+    // Of an image that was recorded in both forms the raw one is as it was taken.
+    const auto is_there_raw = [all = names](const std::string& topic) {
+      const std::string raw = WithoutCompressed(topic);
+      return raw != topic && std::find(all.begin(), all.end(), raw) != all.end();
+    };
+    names.erase(std::remove_if(names.begin(), names.end(), is_there_raw), names.end());
     if (names.size() > 1) {
       return Error{fmt::format("{}: several {} topics ({}); expected --set {}=TOPIC to say which", file_,
                                role.types.front(), fmt::join(names, ", "), role.option)};

@@ -59,6 +59,8 @@ class Examination {
     found_ = FindAll(input);
     if (trial.yaw.has_value() && !watch_.laser().IsUpsideDown()) AddYaw(*trial.yaw);  // the laser would bend it
     if (by_images != nullptr) AddSigns(by_images->result.motion);
+    if (!info_.topics.empty()) Add("topics", info_.topics);
+    if (!info_.frames.empty()) Add("tf", info_.frames);
     AddCamera();
     AddImages();
     AddMount();

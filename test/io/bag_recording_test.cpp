@@ -34,6 +34,35 @@ TEST_P(BagRecording, ARobotsTopicsComeInStampOrder) {
   EXPECT_NEAR(replay.odometry[49].T_odom_base.translation.x(), 0.5, 1e-12);
 }
 
+TEST_P(BagRecording, SaysWhichTopicsAndFramesItReads) {
+  const RecordingInfo info = Play(RobotBag()).info;
+  EXPECT_EQ(info.topics, "images /camera/image_raw, camera_info /camera/camera_info, odometry /odom, scans /scan");
+  EXPECT_EQ(info.frames, "base_footprint > camera_optical_frame, base_footprint > laser_frame");
+  const RecordingInfo moving = Play(Bag([](BagWriter& writer) {
+                                 writer.PutStatic("base_footprint", "torso", Shift(0, 0, 1));
+                                 writer.PutStatic("head", "camera_optical_frame", Shift(0.1, 0, 0));
+                                 for (int i = 0; i <= 4; ++i) {
+                                   writer.PutTf("torso", "head", 0.1 * i, Shift(0, 0.01 * i, 0));
+                                   writer.PutTf("odom", "base_footprint", 0.1 * i, Shift(0.1 * i, 0, 0));
+                                 }
+                                 writer.PutImage(0.2);
+                               })).info;
+  EXPECT_EQ(moving.topics, "images /camera/image_raw, camera_info /camera/camera_info, odometry by tf");
+  EXPECT_EQ(moving.frames,
+            "base_footprint > torso > head > camera_optical_frame (moves), odom > base_footprint (moves)");
+}
+
+// A recorder that took all topics.
+TEST_P(BagRecording, TheOtherFormsOfAnImageAreNoOtherImages) {
+  const Replay replay = Play(Bag([](BagWriter& writer) {
+    writer.PutImage(0.1);
+    writer.Put("/camera/image_raw/compressed", sensor_msgs::CompressedImage(), 0.1);
+    writer.Put("/camera/image_raw/compressedDepth", sensor_msgs::CompressedImage(), 0.1);
+  }));
+  EXPECT_EQ(replay.error, "");
+  EXPECT_EQ(replay.images.size(), 1U);
+}
+
 // A recorder that splits its files writes tf_static and camera_info into the first.
 TEST_P(BagRecording, SeveralBagsAreOneDrive) {
   const Replay whole = Play(RobotBag());

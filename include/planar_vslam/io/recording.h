@@ -24,6 +24,8 @@ struct RecordingInfo {
   bool has_base_transform = false;  // whether base -> camera is known; otherwise base is the camera's optical frame
   Timestamp first_image, last_image;
   long image_count = 0;
+  // Bags: which topic each sensor is read from, and the ways of tf to their frames. Empty for folders.
+  std::string topics, frames;
   // One line each: what was found odd and is read in a way that the user should know.
   std::vector<std::string> notes;
 };
