@@ -2,7 +2,6 @@
 // The private parameters of a node, with everything that is wrong with them.
 #include <ros/node_handle.h>
 
-#include <optional>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -29,13 +28,8 @@ class ParameterReader {
     }
     Report(name, std::string("wrong type; expected ") + expected);
   }
-  // One without a default of its own.
-  template <class T>
-  void Read(const std::string& name, const char* expected, std::optional<T>* value) {
-    T read{};
-    Read(name, expected, &read);
-    if (node_.hasParam(name)) *value = read;
-  }
+  // One that may be there.
+  void Ignore(const std::string& name) { known_.push_back(name); }
   void RequirePositive(const std::string& name, double value);
   // A misspelt parameter must not be a default in disguise. Deeper names belong to plugins.
   void RefuseUnknown();

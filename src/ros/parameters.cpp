@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <optional>
-
 #include "parameter_reader.h"
 #include "run_time_server.h"
 
@@ -87,15 +85,12 @@ NodeSettings ReadSettings(const ros::NodeHandle& node, std::vector<std::string>*
   reader.RequirePositive("path_frames", settings.path_frames);
   reader.RequirePositive("queue_size_images", settings.queue_size_images);
   if (settings.map_frame.empty()) problems->push_back("map_frame: is empty; expected a frame name");
-  std::optional<double> band_min, band_max;
-  reader.Read("obstacle_band_min", "a number (m)", &band_min);
-  reader.Read("obstacle_band_max", "a number (m)", &band_max);
+  // Left there by a node before: at the start the configuration counts.
+  for (const char* name : {"obstacle_band_min", "obstacle_band_max"}) reader.Ignore(name);
   reader.RefuseUnknown();
   settings.map_directory = map_directory;
   if (!mode.empty()) assignments.push_back("mode=" + mode);
   settings.pipeline = CollectOptions(config, assignments, problems);
-  settings.pipeline.mapping2d.band_min = band_min.value_or(settings.pipeline.mapping2d.band_min);
-  settings.pipeline.mapping2d.band_max = band_max.value_or(settings.pipeline.mapping2d.band_max);
   for (const std::string& problem : RunTimeProblems(RunTimeOf(settings))) problems->push_back(problem);
   ReadOdometrySource(odometry_source, &settings, problems);
   ReadSavedMap(map_file, &settings, problems);

@@ -19,9 +19,10 @@ def run_node(name, parameters, kind="slam_node", arguments=()):
 class BadParameters(unittest.TestCase):
     def test_every_problem_is_named(self):
         result = run_node("several", {"queue_size_images": 0, "map_perod": 3.0, "tf_rate": "fast",
-                                      "odometry_source": "wheels", "map_period": 0.0, "obstacle_band_min": 2.0, "set": ["no.such_key=1", "orb.feature_count=many"]})
+                                      "odometry_source": "wheels", "map_period": 0.0, "obstacle_band_min": 0.5,
+                                      "set": ["no.such_key=1", "orb.feature_count=many"]})
         self.assertEqual(result.returncode, 2, result.stdout)
-        for problem in ("queue_size_images", "map_perod", "tf_rate", "wheels", "map_period", "obstacle_band_max", "no.such_key", "orb.feature_count"):
+        for problem in ("queue_size_images", "map_perod", "tf_rate", "wheels", "map_period", "no.such_key", "orb.feature_count"):
             self.assertIn(problem, result.stdout)
 
     def test_missing_configuration_file(self):
