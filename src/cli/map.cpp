@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "commands.h"
+#include "map_info.h"
 #include "planar_vslam/io/trajectory.h"
 #include "planar_vslam/map/map_file.h"
 #include "planar_vslam/pipeline/map_planes.h"
@@ -118,11 +119,26 @@ std::string ToText(const SavedMap& saved, const MapStatistics& s) {
       camera.fx, camera.fy, camera.cx, camera.cy, FloorText(s.planes.floor), TextOf(s.planes.walls), s.bytes);
 }
 
-int Info(const fs::path& path, bool json) {
-  const Expected<SavedMap> saved = LoadMapFile(path);
+struct InfoArguments {
+  fs::path file, coverage, config;
+  std::vector<std::string> assignments;  // key=value, over the configuration
+  bool json = false;
+};
+
+int Info(const InfoArguments& arguments) {
+  const Expected<PipelineOptions> options = ReadOptions(arguments.config, arguments.assignments, "");
+  if (!options) return Fail(kExitBadInput, options.error().message);
+  const Expected<SavedMap> saved = LoadMapFile(arguments.file);
   if (!saved) return Fail(kExitBadInput, saved.error().message);
-  const MapStatistics statistics = StatisticsOf(saved->map, path);
-  std::fputs((json ? ToJson(*saved, statistics) : ToText(*saved, statistics)).c_str(), stdout);
+  std::string text = arguments.json ? ToJson(*saved, StatisticsOf(saved->map, arguments.file))
+                                    : ToText(*saved, StatisticsOf(saved->map, arguments.file));
+  if (!arguments.coverage.empty()) {
+    const Expected<MapCoverage> coverage = DrawCoverage(*saved, *options, arguments.coverage);
+    if (!coverage) return Fail(kExitFailure, arguments.file.string() + ": " + coverage.error().message);
+    if (arguments.json) text.replace(text.rfind('}'), 1, ",\n \"coverage\": " + JsonOf(*coverage) + "}");
+    if (!arguments.json) text += TextOf(*coverage);
+  }
+  std::fputs(text.c_str(), stdout);
   return kExitSuccess;
 }
 
@@ -233,15 +249,17 @@ int Export(const ExportArguments& arguments) {
 // ---- arguments
 
 void AddInfo(CLI::App& map, int* exit_code) {
-  struct Arguments {
-    fs::path file;
-    bool json = false;
-  };
-  auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = map.add_subcommand("info", "What is in a saved map");
+  auto arguments = std::make_shared<InfoArguments>();
+  CLI::App* command = map.add_subcommand("info", "What is in a saved map, and from where it can be localised in");
   command->add_option("file", arguments->file, "Saved map (.pvm)")->required();
   command->add_flag("--json", arguments->json, "Print JSON instead of a table");
-  command->callback([arguments, exit_code] { *exit_code = Info(arguments->file, arguments->json); });
+  command->add_option("--coverage", arguments->coverage,
+                      "Also from which places and headings enough landmarks are in view, and a picture of that (.svg)");
+  command->add_option("--config", arguments->config,
+                      "YAML configuration, whose mapping2d makes the grid of --coverage");
+  command->add_option("--set", arguments->assignments, "Override one configuration value: key=value")
+      ->allow_extra_args(false);
+  command->callback([arguments, exit_code] { *exit_code = Info(*arguments); });
 }
 
 void AddCheck(CLI::App& map, int* exit_code) {

@@ -191,6 +191,17 @@ TEST_F(MapCommand, EitherNameOfTheGridWritesBothFiles) {
   EXPECT_EQ(Bytes(At("b.ot")).rfind("# Octomap OcTree file", 0), 0U);
 }
 
+TEST_F(MapCommand, InfoSaysFromWhereTheMapCanBeLocalisedIn) {
+  const std::string picture = " --coverage " + At("coverage.svg");
+  const Outcome text = Call("map info " + map_.string() + picture);
+  EXPECT_EQ(text.exit_code, 0) << text.err;
+  EXPECT_TRUE(Contains(text.out, "coverage         0.0 % of ")) << "25 landmarks are too few: " << text.out;
+  EXPECT_TRUE(Contains(Bytes(At("coverage.svg")), "</svg>"));
+  EXPECT_TRUE(Contains(Call("map info --json " + map_.string() + picture).out, "\"coverage\": {\"places\": "));
+  ExpectFailure("map info " + unscaled_.string() + picture, 1, "scale unknown");
+  ExpectFailure("map info " + map_.string() + " --coverage " + At("absent/a.svg"), 1, "absent/a.svg");
+}
+
 TEST_F(MapCommand, MergeSaysInOneLineWhyItRefuses) {
   CameraModel other = TestCamera();
   other.fx += 5.0;
