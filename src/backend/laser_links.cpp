@@ -50,18 +50,19 @@ PreparedScan OwnSweep(const Keyframe& keyframe, const ScanMatchOptions& options)
   return PrepareScan(*sweep.scan, Embed3(sweep.T_keyframe_base) * sweep.T_base_laser, options);
 }
 
-std::optional<KeyframeId> NearestWithSweep(const Map& map, const Rigid3& T_map_base, double distance, double angle) {
-  const Rigid2 T_base_map = ProjectToPlane(T_map_base).Inverse();
-  std::optional<KeyframeId> nearest;
-  double least = distance;
-  for (const KeyframeId id : map.bases.Around(T_map_base.translation, distance)) {
-    const Keyframe& keyframe = map.keyframes.At(id);
-    const Rigid2 off = T_base_map * ProjectToPlane(keyframe.T_map_base);
-    if (keyframe.sweeps.empty() || off.translation.norm() >= least || std::abs(off.angle) > angle) continue;
-    nearest = id;
-    least = off.translation.norm();
-  }
-  return nearest;
+std::vector<KeyframeId> NearestWithSweep(const Map& map, const Rigid3& T_map_base, double distance, std::size_t limit) {
+  const auto from_there = [&](KeyframeId id) {
+    return (map.keyframes.At(id).T_map_base.translation - T_map_base.translation).head<2>().norm();
+  };
+  std::vector<KeyframeId> near = map.bases.Around(T_map_base.translation, distance);
+  near.erase(
+      std::remove_if(near.begin(), near.end(),
+                     [&](KeyframeId id) { return map.keyframes.At(id).sweeps.empty() || from_there(id) >= distance; }),
+      near.end());
+  std::sort(near.begin(), near.end());
+  std::stable_sort(near.begin(), near.end(), [&](KeyframeId a, KeyframeId b) { return from_there(a) < from_there(b); });
+  if (near.size() > limit) near.resize(limit);
+  return near;
 }
 
 MapEdit LinkByLaser(const Map& map, KeyframeId newest, const ScanMatchOptions& options) {

@@ -100,10 +100,10 @@ Expected<MapOverlap> FindOverlap(const PlaceSeeker& seeker, const Map& other, co
     if (std::optional<SharedPlace> place = seeker.Find(id, keyframe)) found.push_back(std::move(*place));
     progress("looking for places", ++done, static_cast<long>(other.keyframes.size()));
   }
-  return OverlapOf(seeker, other, std::move(found), progress);
+  return OverlapOf(seeker, other, found, progress);
 }
 
-Expected<MapOverlap> OverlapOf(const PlaceSeeker& seeker, const Map& other, std::vector<SharedPlace> found,
+Expected<MapOverlap> OverlapOf(const PlaceSeeker& seeker, const Map& other, const std::vector<SharedPlace>& found,
                                const MergeProgress& progress) {
   Expected<MapAlignment> alignment = Align(found);
   if (!alignment.ok()) return alignment.error();
@@ -138,7 +138,8 @@ Expected<JoinedMap> JoinAt(const Map& united, KeyframeId first, const MapOverlap
   Map map = Apply(united, MoveFrom(united, first, overlap.alignment.T_known_other));
   const auto poses = SolvePoseGraph(map, TiesOf(map, context.model), TiesAt(map, overlap.places));
   if (!poses.ok()) return Error{"pose graph: " + poses.error().message};
-  map = Apply(std::move(map), MoveKeyframes(map, *poses));
+  const MapEdit moved = MoveKeyframes(map, *poses);
+  map = Apply(std::move(map), moved);
   MapEdit structure;
   for (const SharedPlace& place : overlap.places) {
     const MapEdit joined = JoinLandmarks(map, place.keyframe, place.matches);
@@ -156,7 +157,7 @@ Expected<JoinedMap> JoinAt(const Map& united, KeyframeId first, const MapOverlap
   return JoinedMap{std::move(adjusted->map), std::move(structure), std::move(adjusted->bundle)};
 }
 
-Expected<MergedMap> MergeMaps(std::shared_ptr<const Map> known, const Map& other, const MapperContext& context,
+Expected<MergedMap> MergeMaps(const std::shared_ptr<const Map>& known, const Map& other, const MapperContext& context,
                               const MergeProgress& progress) {
   const PlaceSeeker seeker(known, context);
   const Map raised = RenumberedAbove(*known, other);

@@ -19,6 +19,12 @@ bool SamePlace(const Rigid3& a, const Rigid3& b) {
   return difference.head<3>().norm() < kDistance && difference.tail<3>().norm() < kAngle;
 }
 
+void Append(const PreparedScan& scan, const Rigid2& T_all_scan, PreparedScan* all) {
+  for (const Eigen::Vector2d& point : scan.points) all->points.push_back(T_all_scan * point);
+  for (const ScanSurface& surface : scan.surfaces)
+    all->surfaces.push_back({T_all_scan * surface.point, T_all_scan.R() * surface.normal});
+}
+
 std::vector<LandmarkId> PlaceAround(const Map& map, KeyframeId keyframe) {
   const std::vector<LandmarkId> seen = LandmarksOf(map, {keyframe});
   return LandmarksOf(map, VotedKeyframes(map, seen, PlaceLimits::kPlaceKeyframes));
@@ -81,7 +87,7 @@ std::optional<SharedPlace> PlaceSeeker::FindBy(const PlaceIndex& index, Keyframe
       rival > PlaceLimits::kRivalShare * best->matches.count) {
     return std::nullopt;
   }
-  const LaserWord laser = AskLaser(keyframe, best->T_map_base);
+  const LaserWord laser = AskLaser(id, keyframe, best->T_map_base);
   const std::optional<KeyframeId> known = SeesTheSame(*best);
   if (!known.has_value() || (laser.has_sweeps && !laser.agrees)) return std::nullopt;
   return SharedPlace{*known, id, best->T_map_base, keyframe.T_map_base, std::move(best->matches), laser.agrees};
@@ -91,7 +97,8 @@ PlaceTest PlaceSeeker::TestAt(KeyframeId id, const Keyframe& keyframe, const Rig
   constexpr double kReach = 1.0;  // m: views from here show the same
   constexpr double kReachAngle = DegreesToRadians(30.0);
   PlaceTest test;
-  const LaserWord laser = AskLaser(keyframe, T_known_base);
+  LaserWord laser = AskLaser(id, keyframe, T_known_base);
+  test.place = std::move(laser.place);
   test.has_sweeps = laser.has_sweeps;
   test.sweeps_agree = laser.agrees;
   const std::vector<KeyframeId> near = NearbyKeyframes(*known_, T_known_base * keyframe.T_base_camera, kReach,
@@ -113,25 +120,40 @@ PlaceTest PlaceSeeker::TestAt(KeyframeId id, const Keyframe& keyframe, const Rig
   return test;
 }
 
-PlaceSeeker::LaserWord PlaceSeeker::AskLaser(const Keyframe& keyframe, const Rigid3& T_known_base) const {
-  constexpr double kNear = 1.0;  // m: surfaces in view are the same
-  constexpr double kNearAngle = DegreesToRadians(60.0);
-  constexpr double kOff = 0.15;  // m, that sweeps may put the place elsewhere than the camera
+PlaceSeeker::LaserWord PlaceSeeker::AskLaser(KeyframeId id, const Keyframe& keyframe,
+                                             const Rigid3& T_known_base) const {
+  constexpr double kNear = 1.0;           // m: surfaces in view are the same
+  constexpr std::size_t kReferences = 4;  // sweeps: a robot that drove the other way saw another part of the room
+  constexpr double kOff = 0.15;           // m, that sweeps may put the place elsewhere than the guess
   constexpr double kOffAngle = DegreesToRadians(3.0);
+  constexpr double kCertain = 0.03;  // m: not so along a bare corridor
   const ScanMatchOptions& options = context_.scan_match;
   if (!options.enabled || keyframe.sweeps.empty()) return {};
-  const std::optional<KeyframeId> reference = NearestWithSweep(*known_, T_known_base, kNear, kNearAngle);
-  if (!reference.has_value()) return {};
+  const std::vector<KeyframeId> near = NearestWithSweep(*known_, T_known_base, kNear, kReferences);
+  if (near.empty()) return {};
+  const Rigid2 T_first_known = ProjectToPlane(known_->keyframes.At(near.front()).T_map_base).Inverse();
+  const Rigid2 guess = T_first_known * ProjectToPlane(T_known_base);
   const PreparedScan current = OwnSweep(keyframe, options);
-  const PreparedScan before = OwnSweep(known_->keyframes.At(*reference), options);
+  PreparedScan before;
+  bool same_heading = false;  // sweeps of one heading have to agree; of others they may
+  for (const KeyframeId other : near) {
+    const Keyframe& reference = known_->keyframes.At(other);
+    const Rigid2 T_first_other = T_first_known * ProjectToPlane(reference.T_map_base);
+    same_heading = same_heading || std::abs((T_first_other.Inverse() * guess).angle) < DegreesToRadians(60.0);
+    Append(OwnSweep(reference, options), T_first_other, &before);
+  }
   const auto enough = static_cast<std::size_t>(options.min_points);
   if (current.points.size() < enough || before.points.size() < enough) return {};
-  const Rigid2 guess =
-      ProjectToPlane(known_->keyframes.At(*reference).T_map_base).Inverse() * ProjectToPlane(T_known_base);
   const std::optional<ScanMatch> match = MatchScans(before, current, guess, options);
-  if (!match.has_value()) return {true, false};
+  if (!match.has_value()) return {same_heading, false, {}};
   const Rigid2 off = guess.Inverse() * match->T_reference_current;
-  return {true, off.translation.norm() < kOff && std::abs(off.angle) < kOffAngle};
+  const bool agrees = off.translation.norm() < kOff && std::abs(off.angle) < kOffAngle;
+  LaserWord word{same_heading || agrees, agrees, {}};
+  const bool in_all_directions = match->covariance(0, 0) + match->covariance(1, 1) < kCertain * kCertain;
+  if (agrees && in_all_directions) {
+    word.place = SharedPlace{near.front(), id, T_known_base * Embed3(off), keyframe.T_map_base, FrameMatches{}, true};
+  }
+  return word;
 }
 
 }  // namespace planar_vslam

@@ -17,8 +17,8 @@ std::vector<KeyframeId> WithNearby(const Map& map, KeyframeId id, std::vector<Ke
 
 // The keyframe's own laser sweep, the first it holds, in its base. It has one.
 PreparedScan OwnSweep(const Keyframe& keyframe, const ScanMatchOptions& options);
-// The keyframe with a sweep nearest to a base, within so many metres and radians.
-std::optional<KeyframeId> NearestWithSweep(const Map& map, const Rigid3& T_map_base, double distance, double angle);
+// The keyframes with a sweep nearest to a base, within so many metres, nearest first; at most `limit`.
+std::vector<KeyframeId> NearestWithSweep(const Map& map, const Rigid3& T_map_base, double distance, std::size_t limit);
 // Matches the newest keyframe's own laser sweep, the first it holds, against those of the keyframe before it and of the
 // oldest one that stood nearby.
 MapEdit LinkByLaser(const Map& map, KeyframeId newest, const ScanMatchOptions& options);

@@ -53,6 +53,12 @@ void PrintSummary(const Estimator& estimator, const RunResult& result, const fs:
   if (map != nullptr && map->metric && report.map_scale.fused.has_value()) {
     fmt::print("scale known to {:.2f} %\n", 100.0 * report.map_scale.fused->sigma);
   }
+  if (report.joined.has_value()) {
+    fmt::print("joined with the loaded map after {:.1f} s, in {} places\n",
+               SecondsBetween(result.frames.front().stamp, report.joined->in_map), report.joined->places);
+  } else if (report.own_map) {
+    fmt::print("nothing of the loaded map was recognised: this is a map of its own\n");
+  }
   for (const auto& [reason, number] : report.failed_adjustments) fmt::print("failed: {} x {}\n", number, reason);
   if (!result.final_adjustment.empty()) fmt::print("the map is as before its last {}\n", result.final_adjustment);
   for (const auto& [reason, number] : result.unused_input) fmt::print("unused: {} x {}\n", number, reason);

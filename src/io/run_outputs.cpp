@@ -177,6 +177,15 @@ Json ReportJson(const Estimator& estimator, const RunResult& result, bool determ
                              {"moved", loop.T_before_after.translation.norm()},
                              {"turned_deg", RadiansToDegrees(LogSo3(loop.T_before_after.rotation).norm())}});
   }
+  json["map_joined"] = nullptr;
+  if (report.joined.has_value()) {
+    json["map_joined"] = {{"t", report.joined->keyframe.Seconds()},
+                          {"in_map_t", report.joined->in_map.Seconds()},
+                          {"places", report.joined->places},
+                          {"moved", report.joined->T_known_own.translation.norm()},
+                          {"turned_deg", RadiansToDegrees(LogSo3(report.joined->T_known_own.rotation).norm())}};
+  }
+  json["own_map"] = report.own_map && !report.joined.has_value();
   json["odometry_rejected"] = report.odometry_rejected;
   json["slips"] = report.slips;
   json["odometry_covariance"] = {{"by_model", report.odometry_by_model}, {"by_messages", report.odometry_by_messages}};

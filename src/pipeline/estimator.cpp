@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "planar_vslam/geometry/tangent_parts.h"
+#include "planar_vslam/pipeline/known_map.h"
 #include "planar_vslam/pipeline/mapper_context.h"
 
 namespace planar_vslam {
@@ -38,12 +39,16 @@ double DistanceToMap(const Map& map, const Rigid3& T_map_base) {
 
 struct Estimator::Session {
   Session(const EstimatorSettings& settings, const MeasurementModel& model)
-      : localization(settings.options, model, settings.schedule, settings.trajectory_frames) {}
+      : localization(
+            std::make_unique<Localization>(settings.options, model, settings.schedule, settings.trajectory_frames)) {}
 
   void Count(const FrameReport& frame, const std::optional<PlanarMotion>& step);
   void Count(const MapChange& change, double max_scale_sigma);
 
-  Localization localization;
+  std::unique_ptr<Localization> localization;
+  std::unique_ptr<Localization> own;  // waits for a map of its own while the loaded one is not seen
+  std::optional<KnownMap> known;      // the loaded one, while the drive maps on its own beside it
+  bool joined = false;                // with it, since the last frame
   EstimatorReport report;
   bool slipping = false;  // the last frame was
   double distance = 0.0;  // m, driven by the wheels since the first frame
@@ -103,20 +108,28 @@ FrameReport Estimator::Process(const FramePacket& packet) {
   FrameReport report;
   report.stamp = packet.image.stamp;
   FollowMap(false, &report.times);
+  const std::optional<Rigid3> T_known_base =
+      session.known.has_value() ? session.known->Locate(packet) : std::optional<Rigid3>();
   std::shared_ptr<const Map> new_map;
   const KeyframeSlot slot = session.mapping.has_value() ? session.mapping->slot() : KeyframeSlot::kNone;
   const bool may_make_map = mode_ == RunMode::kMapping;
-  TrackedFrame frame = session.localization.Locate(packet, slot, &report, may_make_map ? &new_map : nullptr);
+  TrackedFrame frame = session.localization->Locate(packet, slot, &report, may_make_map ? &new_map : nullptr);
+  if (std::exchange(session.joined, false)) {
+    report.joined = true;
+    if (report.state == TrackingState::kTracking) report.state = TrackingState::kRelocalized;
+  }
+  if (!session.known.has_value() && MayMapOnItsOwn()) StartOwnMap(packet, &frame, &report, &new_map);
   session.Count(report, frame.step);
   view_ = ViewOf(packet.image.image, frame.features, frame.track, packet.T_base_camera, model_.camera,
-                 session.localization.map().get());
+                 session.localization->map().get());
   if (new_map != nullptr) {
     StartMapping(new_map, frame.step.has_value());
     session.mapping->AddSweeps(packet, *frame.number);
     session.report.keyframes_made = static_cast<long>(new_map->keyframes.size());
   } else if (session.mapping.has_value()) {
+    if (T_known_base.has_value() && frame.track.wants_keyframe) session.mapping->Meet({report.stamp, *T_known_base});
     if (!report.metric && report.waiting_for.empty()) report.waiting_for = session.mapping->scale_missing();
-    report.keyframe = session.mapping->Add(packet, std::move(frame), session.localization.trajectory());
+    report.keyframe = session.mapping->Add(packet, std::move(frame), session.localization->trajectory());
     FollowMap(false, &report.times);
   }
   const std::optional<Rigid2> T_odom_base = input_->wheels.Interpolate(report.stamp);
@@ -147,6 +160,12 @@ void Estimator::Session::Count(const MapChange& change, double max_scale_sigma) 
   report.keyframes_culled += static_cast<long>(change.keyframes_culled.size());
   if (change.wheels.has_value()) report.wheels = *change.wheels;
   if (change.loop.has_value()) report.loops.push_back({change.loop->closed, change.loop->keyframe, last_frame});
+  if (change.joined.has_value()) {
+    report.joined = change.joined;
+    report.joined->in_map = last_frame;
+    known.reset();
+    joined = true;
+  }
   if (change.scaled.has_value()) report.scale = change.scaled;
   report.adjustments += change.bundle_iterations > 0 ? 1 : 0;
   report.adjustment_iterations += change.bundle_iterations;
@@ -154,8 +173,8 @@ void Estimator::Session::Count(const MapChange& change, double max_scale_sigma) 
   if (!change.scale.has_value()) return;
   report.map_scale = *change.scale;
   const std::optional<ScaleMeasurement>& fused = change.scale->fused;
-  const bool known = change.map->metric && fused.has_value() && fused->sigma <= max_scale_sigma;
-  if (known && !report.scale_known_after.has_value()) report.scale_known_after = distance;
+  const bool is_known = change.map->metric && fused.has_value() && fused->sigma <= max_scale_sigma;
+  if (is_known && !report.scale_known_after.has_value()) report.scale_known_after = distance;
 }
 
 // Passes the changes of the map on to localization and report.
@@ -164,7 +183,7 @@ void Estimator::FollowMap(bool wait, StageTimes* times) {
   const Stopwatch following;
   const std::vector<MapChange> changes = session_->mapping->Collect(wait);
   for (const MapChange& change : changes) {
-    session_->localization.Follow(change);
+    session_->localization->Follow(change);
     session_->Count(change, settings_.options.scale.max_sigma);
     if (change.wheels.has_value()) input_->corrector.Take(*change.wheels);
     times->insert(times->end(), change.times.begin(), change.times.end());
@@ -182,12 +201,12 @@ Expected<bool> Estimator::Finish() {
   WaitForMap();
   if (!session_->mapping.has_value()) return true;
   const bool adjust = settings_.options.final_bundle_adjustment;
-  Expected<MapChange> finished = session_->mapping->Finish(session_->localization.trajectory(), adjust);
+  Expected<MapChange> finished = session_->mapping->Finish(session_->localization->trajectory(), adjust);
   if (!finished.ok()) {
     FollowSweeps();
     return finished.error();
   }
-  session_->localization.Follow(*finished);
+  session_->localization->Follow(*finished);
   session_->Count(*finished, settings_.options.scale.max_sigma);
   session_->report.stages.Add(finished->times);
   return true;
@@ -197,7 +216,7 @@ Expected<bool> Estimator::Finish() {
 void Estimator::FollowSweeps() {
   MapChange change;
   change.map = session_->mapping->map();
-  session_->localization.Follow(change);
+  session_->localization->Follow(change);
 }
 
 void Estimator::StartSession(std::shared_ptr<const Map> map) {
@@ -210,13 +229,40 @@ void Estimator::StartSession(std::shared_ptr<const Map> map) {
   session_->report.wheels = UnknownWheelErrors(settings_.options.systematic);
   input_->corrector.Take(session_->report.wheels);
   if (map == nullptr) return;
-  session_->localization.StartIn(map);
+  session_->localization->StartIn(map);
   if (mode_ == RunMode::kMapping) StartMapping(std::move(map), false);
 }
 
 void Estimator::StartMapping(std::shared_ptr<const Map> map, bool may_link) {
   const MapJobsContext context{MapperContextOf(settings_.options, model_), settings_.options.scale};
-  session_->mapping.emplace(context, std::move(map), settings_.schedule, may_link, session_->report.wheels);
+  session_->mapping.emplace(context, std::move(map), settings_.schedule, may_link, session_->report.wheels,
+                            session_->known.has_value() ? session_->known->map() : nullptr);
+}
+
+bool Estimator::MayMapOnItsOwn() const {
+  const EstimatorReport& report = session_->report;
+  return mode_ == RunMode::kMapping && map() != nullptr && loaded_map_ != nullptr && map()->metric &&
+         report.frames.count(TrackingState::kTracking) == 0 && session_->distance > KnownMap::kPatience;
+}
+
+void Estimator::StartOwnMap(const FramePacket& packet, TrackedFrame* frame, FrameReport* report,
+                            std::shared_ptr<const Map>* new_map) {
+  Session& session = *session_;
+  if (session.own == nullptr) {
+    session.own =
+        std::make_unique<Localization>(settings_.options, model_, settings_.schedule, settings_.trajectory_frames);
+    session.own->NumberAbove(map());
+  }
+  session.own->ExpectAt(report->T_map_base);
+  FrameReport by_own_map;
+  by_own_map.stamp = report->stamp;
+  TrackedFrame own_frame = session.own->Locate(packet, KeyframeSlot::kNone, &by_own_map, new_map);
+  if (*new_map == nullptr) return;
+  session.mapping.reset();
+  session.known.emplace(std::exchange(session.localization, std::move(session.own)));
+  session.report.own_map = true;
+  *frame = std::move(own_frame);
+  *report = std::move(by_own_map);
 }
 
 void Estimator::Restart() {
@@ -251,11 +297,11 @@ Expected<bool> Estimator::SetMode(RunMode mode) {
     if (map() == nullptr) return Error{"mode localization: expected a map to localize in, but there is none yet"};
     WaitForMap();
     if (session_->mapping.has_value()) {
-      (void)session_->mapping->Finish(session_->localization.trajectory(), false);
+      (void)session_->mapping->Finish(session_->localization->trajectory(), false);
       FollowSweeps();
     }
     session_->mapping.reset();
-    session_->localization.UseSweeps();
+    session_->localization->UseSweeps();
     loaded_map_ = map();  // a restart starts in it again
   } else {
     const Expected<bool> may_grow = MayGrow(map_camera_);
@@ -282,7 +328,7 @@ Expected<bool> Estimator::StartAt(const Rigid3& T_map_base, const Matrix6d& cova
     return Error{fmt::format("pose: {:.1f} m from the nearest keyframe; expected one in the map, at most {:.0f} m away",
                              distance, kFarthest)};
   }
-  session_->localization.StartAt(T_map_base, covariance);
+  session_->localization->StartAt(T_map_base, covariance);
   if (session_->mapping.has_value()) session_->mapping->BreakMotion();
   return true;
 }
@@ -301,9 +347,9 @@ std::map<std::string, long> Estimator::unused_input() const {
   return all;
 }
 
-std::shared_ptr<const Map> Estimator::map() const { return session_->localization.map(); }
+std::shared_ptr<const Map> Estimator::map() const { return session_->localization->map(); }
 const EstimatorReport& Estimator::report() const { return session_->report; }
-const TrajectoryRecorder& Estimator::trajectory() const { return session_->localization.trajectory(); }
+const TrajectoryRecorder& Estimator::trajectory() const { return session_->localization->trajectory(); }
 
 std::optional<EstimatorSnapshot> Estimator::Snapshot() const {
   if (map() == nullptr) return std::nullopt;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "planar_vslam/geometry/tangent_parts.h"
+#include "planar_vslam/map/map_union.h"
 
 namespace planar_vslam {
 namespace {
@@ -23,10 +24,11 @@ Localization::Localization(const PipelineOptions& options, const MeasurementMode
     : model_(model),
       feature_count_(options.orb.feature_count),
       extractor_(options.orb, model.camera),
-      initializer_(options.initializer, model, options.orb.ScaleFactors()),
+      beginning_{Initializer(options.initializer, model, options.orb.ScaleFactors()), EarlyFrames(trajectory_frames),
+                 nullptr, std::nullopt},
       tracker_({model.camera, model.odometry_noise, model.planar, options.tracker, model.pixel_sigma}),
       known_{nullptr, std::nullopt, WheelNoise{}, options.mount},
-      recorded_{TrajectoryRecorder(trajectory_frames), EarlyFrames(trajectory_frames)},
+      trajectory_(trajectory_frames),
       relocalizer_({options.laser_localize, options.scan_match, options.systematic,
                     model.planar.mode != PlanarMode::kOff, schedule}) {}
 
@@ -52,9 +54,9 @@ void Localization::GoOnFrom(const Rigid3& T_map_base, const Matrix6d& covariance
 
 void Localization::Follow(const MapChange& change) {
   known_.map = change.map;
-  recorded_.trajectory.OnCulled(change.keyframes_culled);
+  trajectory_.OnCulled(change.keyframes_culled);
   if (change.keyframe.has_value()) {
-    recorded_.trajectory.Reanchor(change.keyframe->stamp, change.keyframe->id);
+    trajectory_.Reanchor(change.keyframe->stamp, change.keyframe->id);
     // One that was proposed before a jump is no reference after it.
     if (!(change.keyframe->stamp < last_.leads_from)) {
       tracker_.OnKeyframe(*known_.map, change.keyframe->id,
@@ -62,7 +64,7 @@ void Localization::Follow(const MapChange& change) {
     }
   }
   if (change.scaled.has_value()) {
-    recorded_.trajectory.OnScaled(*known_.map, change.scaled->applied);
+    trajectory_.OnScaled(*known_.map, change.scaled->applied);
     tracker_.OnMapScaled(*known_.map, change.scaled->applied);
   }
   if (change.accuracy.has_value()) known_.accuracy = change.accuracy;
@@ -93,16 +95,23 @@ TrackedFrame Localization::Locate(const FramePacket& packet, KeyframeSlot slot, 
 
 std::shared_ptr<const Map> Localization::Initialize(const FramePacket& packet, TrackedFrame* frame,
                                                     FrameReport* report) {
-  recorded_.early.Add({packet.image.stamp, packet.T_base_camera, frame->step});
+  beginning_.early.Add({packet.image.stamp, packet.T_base_camera, frame->step});
   InitializerReport initial =
-      initializer_.Add({packet.image.stamp, frame->features, packet.T_base_camera, frame->step});
+      beginning_.initializer.Add({packet.image.stamp, frame->features, packet.T_base_camera, frame->step});
   report->waiting_for = initial.waiting_for;
   if (!initial.map.has_value()) return nullptr;
+  if (beginning_.below != nullptr) initial.map = RenumberedAbove(*beginning_.below, *initial.map);
+  beginning_.below.reset();
+  if (beginning_.T_map_base.has_value() && initial.map->metric) {
+    const Rigid2 T_own_base = ProjectToPlane(std::prev(initial.map->keyframes.end())->second.T_map_base);
+    const Rigid2 T_new_own = ProjectToPlane(*beginning_.T_map_base) * T_own_base.Inverse();
+    initial.map = Apply(std::move(*initial.map), {TransformMap{1.0, Embed3(T_new_own)}});
+  }
   known_.map = std::make_shared<const Map>(std::move(*initial.map));
   const auto& [id, keyframe] = *std::prev(known_.map->keyframes.end());
   tracker_.Start(*known_.map, id);
-  for (const RecordedFrame& early : recorded_.early.TakeForNewMap(*known_.map)) recorded_.trajectory.Add(early);
-  frame->number = recorded_.trajectory.size() - 1;
+  for (const RecordedFrame& early : beginning_.early.TakeForNewMap(*known_.map)) trajectory_.Add(early);
+  frame->number = trajectory_.size() - 1;
   last_.T_map_base = keyframe.T_map_base;
   last_.stamp = packet.image.stamp;
   report->state = TrackingState::kTracking;
@@ -147,7 +156,7 @@ void Localization::Track(const FramePacket& packet, KeyframeSlot slot, TrackedFr
     report->state = TrackingState::kInitializing;
     report->waiting_for = "a view that the saved map knows";
   }
-  if (!was_localized) recorded_.early.Add({packet.image.stamp, packet.T_base_camera, frame->step});
+  if (!was_localized) beginning_.early.Add({packet.image.stamp, packet.T_base_camera, frame->step});
   if (track.status == TrackingState::kLost) {
     slew_.Forget();
     return;
@@ -209,11 +218,10 @@ void Localization::Record(const FramePacket& packet, bool was_localized, Tracked
   const RecordedFrame recorded{packet.image.stamp, track.reference, track.T_ref_base, packet.T_base_camera,
                                track.status == TrackingState::kOdometry};
   if (!was_localized) {
-    for (const RecordedFrame& early : recorded_.early.TakeBefore(recorded, known_.map->metric))
-      recorded_.trajectory.Add(early);
+    for (const RecordedFrame& early : beginning_.early.TakeBefore(recorded, known_.map->metric)) trajectory_.Add(early);
   }
-  recorded_.trajectory.Add(recorded);
-  frame->number = recorded_.trajectory.size() - 1;
+  trajectory_.Add(recorded);
+  frame->number = trajectory_.size() - 1;
   last_.T_map_base = track.T_map_base;
   last_.covariance = track.covariance;
   last_.stamp = packet.image.stamp;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "planar_vslam/geometry/check.h"
+#include "planar_vslam/map/map_union.h"
 #include "planar_vslam/planar/scale_recovery.h"
 
 namespace planar_vslam {
@@ -83,10 +84,10 @@ MeasurementModel WithIterations(MeasurementModel model, int max_iterations) {
 }  // namespace
 
 MapJobs::MapJobs(const MapJobsContext& context, std::shared_ptr<const Map> map, Schedule schedule,
-                 const WheelErrors& wheels)
+                 const WheelErrors& wheels, std::shared_ptr<const Map> known)
     : context_(context),
       map_(std::move(map)),
-      drift_(context.mapper.model, context.mapper.systematic),
+      known_(std::move(known)),
       wheels_{KeyframeId{map_->next_keyframe_id}, wheels, wheels},
       wheels_learned_at_(map_->next_keyframe_id),
       searcher_(MakeExecutor(schedule, kSearcherNiceness)),
@@ -147,6 +148,7 @@ std::vector<MapChange> MapJobs::Collect(bool wait) {
       retired_.push_back(std::exchange(map_, change.map));
       look_back_due_ = look_back_due_ || (change.keyframe.has_value() && map_->metric);
       if (change.wheels.has_value()) wheels_.applied = *change.wheels;
+      if (change.joined.has_value()) known_.reset();
       if (change.scaled.has_value()) AdjustWholeMap(context_.mapper.model.options.max_iterations);
       changes.push_back(std::move(change));
     }
@@ -189,7 +191,10 @@ void MapJobs::Search() {
         Submit(searcher_.get(), [this, snapshot = map_, max_iterations] { return Adjust(snapshot, max_iterations); });
   } else {
     look_back_due_ = false;
-    searching_ = Submit(searcher_.get(), [this, snapshot = map_] { return LookBackFrom(snapshot); });
+    searching_ = Submit(searcher_.get(), [this, snapshot = map_, known = known_, meetings = meetings_] {
+      Found found;
+      return known != nullptr && Join(snapshot, known, meetings, &found) ? found : LookBackFrom(snapshot);
+    });
   }
 }
 
@@ -212,7 +217,8 @@ MapJobs::Found MapJobs::Adjust(const std::shared_ptr<const Map>& snapshot, int m
 
 MapJobs::Found MapJobs::LookBackFrom(const std::shared_ptr<const Map>& snapshot) {
   const auto& [newest, keyframe] = *std::prev(snapshot->keyframes.end());
-  LookBackOutcome outcome = LookBack(*snapshot, newest, context_.mapper, &drift_);
+  if (!drift_.has_value()) drift_.emplace(context_.mapper.model, context_.mapper.systematic);
+  LookBackOutcome outcome = LookBack(*snapshot, newest, context_.mapper, &*drift_);
   Found found;
   found.snapshot = snapshot;
   found.change.failure = std::move(outcome.failure);
@@ -229,6 +235,32 @@ MapJobs::Found MapJobs::LookBackFrom(const std::shared_ptr<const Map>& snapshot)
   return found;
 }
 
+// Whether the known map and this one have become one.
+bool MapJobs::Join(const std::shared_ptr<const Map>& snapshot, const std::shared_ptr<const Map>& known,
+                   const std::vector<Meeting>& meetings, Found* found) {
+  const Stopwatch joining;
+  if (!joiner_.has_value()) joiner_.emplace(known, context_.mapper);
+  Expected<std::optional<MapJunction>> junction = joiner_->Try(*snapshot, meetings);
+  found->change.times.push_back({"map.join", joining.Milliseconds()});
+  if (!junction.ok()) found->change.failure = "joining of two maps: " + junction.error().message;
+  if (!junction.ok() || !junction->has_value()) return false;
+  MapJunction& joined = **junction;
+  found->snapshot = snapshot;
+  found->known = known;
+  found->corrected = std::move(joined.map);
+  found->correction = std::move(joined.correction);
+  AddBundle(joined.bundle, &found->change);
+  const MapAlignment& alignment = joined.alignment;
+  found->change.joined = JoinReport{alignment.T_known_other,
+                                    alignment.covariance,
+                                    alignment.apart,
+                                    std::prev(snapshot->keyframes.end())->second.stamp,
+                                    {}};
+  joiner_.reset();
+  drift_.reset();  // of a map that it does not know the beginning of
+  return true;
+}
+
 void MapJobs::Take(Found found, std::vector<MapChange>* changes) {
   if (found.corrected != nullptr) {
     correction_ = std::move(found);
@@ -243,7 +275,12 @@ void MapJobs::Take(Found found, std::vector<MapChange>* changes) {
 MapChange MapJobs::Correct(const Found& found, const std::shared_ptr<const Map>& now) const {
   MapChange change = found.change;
   const Stopwatch correcting;
-  change.map = now == found.snapshot ? found.corrected : std::make_shared<const Map>(Rebase(*now, found.correction));
+  if (now == found.snapshot) {
+    change.map = found.corrected;
+  } else {
+    Map beside = found.known != nullptr ? UnionOf(*found.known, *now) : *now;
+    change.map = std::make_shared<const Map>(Rebase(std::move(beside), found.correction));
+  }
   change.scale = AssessScale(*change.map, context_.scale, context_.mapper.systematic);
   change.times.push_back({"map.correct", correcting.Milliseconds()});
   return change;

@@ -8,8 +8,10 @@
 namespace planar_vslam {
 
 Mapping::Mapping(const MapJobsContext& context, std::shared_ptr<const Map> map, Schedule schedule, bool may_link,
-                 const WheelErrors& wheels)
-    : context_(context), session_begin_{map->next_keyframe_id}, jobs_(context, std::move(map), schedule, wheels) {
+                 const WheelErrors& wheels, std::shared_ptr<const Map> known)
+    : context_(context),
+      session_begin_{map->next_keyframe_id},
+      jobs_(context, std::move(map), schedule, wheels, std::move(known)) {
   if (may_link) since_keyframe_ = PlanarMotion{};
 }
 

@@ -61,6 +61,7 @@ std::vector<RobotEvent> EventFinder::OnFrame(const FrameReport& frame, std::size
   slipping_ = frame.odometry_rejected;
   if (loops > loops_) events.push_back({"loop", fmt::format("{} closed in this map", loops)});
   loops_ = loops;
+  if (frame.joined) events.push_back({"map joined", "the drive's own map with the one that was loaded"});
   if (frame.state == TrackingState::kRelocalized) {
     events.push_back({"relocalised", fmt::format("by {} landmarks", frame.inliers)});
   }

@@ -29,7 +29,7 @@ LONGEST = 60  # s, of one command
 SUBSTITUTIONS = [
     ('groundtruth.txt', 'drive/groundtruth_base.txt'), ('true_map.yaml', 'drive/groundtruth_grid.yaml'), ('trajectory.txt', 'results/trajectory.txt'),
     ('map.yaml', 'results/map.yaml'), ('mechatronics_lab', 'sample_lab'), ('south_hall', 'sample_lab'), ('FILE.yaml', 'out.yaml'), ('FILE.ply', 'out.ply'),
-    ('results', 'bag_results'), ('FILE.pvm', 'lab.pvm'), ('monday.pvm', 'lab.pvm'), ('tuesday.pvm', 'lab.pvm'),
+    ('results', 'bag_results'), ('FILE.pvm', 'lab.pvm'), ('monday.pvm', 'lab.pvm'), ('building.pvm', 'lab.pvm'), ('tuesday.pvm', 'lab.pvm'),
     ('LOG', 'log.carmen'), ('INPUT', 'drive'), ('WORLD', 'sample_lab'), ('DIR', 'out'),
 ]
 # Subcommand -> arguments that make it short.

@@ -27,7 +27,7 @@ struct MapOverlap {
 // Every keyframe of `other` is looked for. Error: why the maps do not overlap, as far as they show.
 Expected<MapOverlap> FindOverlap(const PlaceSeeker& seeker, const Map& other, const MergeProgress& progress);
 // The same from places that were found already.
-Expected<MapOverlap> OverlapOf(const PlaceSeeker& seeker, const Map& other, std::vector<SharedPlace> found,
+Expected<MapOverlap> OverlapOf(const PlaceSeeker& seeker, const Map& other, const std::vector<SharedPlace>& found,
                                const MergeProgress& progress);
 
 struct JoinedMap {
@@ -51,7 +51,7 @@ struct MergedMap {
 };
 
 // Ids of `known` stay; those of `other` are raised above them.
-Expected<MergedMap> MergeMaps(std::shared_ptr<const Map> known, const Map& other, const MapperContext& context,
+Expected<MergedMap> MergeMaps(const std::shared_ptr<const Map>& known, const Map& other, const MapperContext& context,
                               const MergeProgress& progress);
 
 }  // namespace planar_vslam

@@ -18,7 +18,7 @@ struct SharedPlace {
   KeyframeId keyframe;    // of the other map
   Rigid3 T_known_base;    // of the latter, in the known map
   Rigid3 T_other_base;    // ...and where its own map has it
-  FrameMatches matches;   // with landmarks of the known map, inliers only
+  FrameMatches matches;   // with landmarks of the known map, inliers only; none where sweeps alone tell
   bool by_laser = false;  // sweeps of both maps agree
 };
 
@@ -49,11 +49,12 @@ class PlaceSeeker {
  private:
   struct LaserWord {
     bool has_sweeps = false, agrees = false;
+    std::optional<SharedPlace> place;  // where the sweeps match in all directions
   };
   std::optional<SharedPlace> FindBy(const PlaceIndex& index, KeyframeId id, const Keyframe& keyframe) const;
   CameraView ViewOf(const Keyframe& keyframe) const;
   std::optional<KeyframeId> SeesTheSame(const Placement& placement) const;
-  LaserWord AskLaser(const Keyframe& keyframe, const Rigid3& T_known_base) const;
+  LaserWord AskLaser(KeyframeId id, const Keyframe& keyframe, const Rigid3& T_known_base) const;
 
   std::shared_ptr<const Map> known_;
   MapperContext context_;

@@ -116,6 +116,11 @@ class Estimator {
   void WaitForMap();
   void FollowSweeps();
   void StartSession(std::shared_ptr<const Map> map);
+  // Whether the robot has driven on and its camera has seen nothing of the loaded map.
+  bool MayMapOnItsOwn() const;
+  // Makes a map beside the loaded one, as soon as images allow: frame, report and new map are of that from then on.
+  void StartOwnMap(const FramePacket& packet, TrackedFrame* frame, FrameReport* report,
+                   std::shared_ptr<const Map>* new_map);
   void StartMapping(std::shared_ptr<const Map> map, bool may_link);
   Expected<bool> MayGrow(const CameraModel& camera) const;
 

@@ -29,6 +29,7 @@ struct FrameReport {
   int inliers = 0;
   bool keyframe = false;
   bool odometry_rejected = false;
+  bool joined = false;  // the drive's own map became one with the loaded one: from this frame on `map` is that one's
   std::string waiting_for;  // while there is no pose, or no metric one: what is missing
   StageTimes times;         // of this frame, and of mapping jobs collected with it
   double total_ms = 0.0;    // that the caller waited
@@ -50,10 +51,21 @@ struct LoopReport {
   Timestamp in_map;    // of the frame after which the map showed it
 };
 
+// How the map of a drive whose start was not recognised became one with the map that was loaded.
+struct JoinReport {
+  Rigid3 T_known_own;          // where the drive's map lies in the other...
+  Eigen::Matrix3d covariance;  // ...of a right perturbation [x, y, angle]
+  int places = 0;              // apart from each other, in which both agree
+  Timestamp keyframe;          // the newest one then
+  Timestamp in_map;            // the frame after which the map showed it
+};
+
 struct EstimatorReport {
   std::map<TrackingState, long> frames;
   long keyframes_made = 0, keyframes_culled = 0;
   std::vector<LoopReport> loops;
+  bool own_map = false;              // the start was not recognised in the map that was loaded...
+  std::optional<JoinReport> joined;  // ...and the map that the drive made became one with it
   long odometry_rejected = 0;
   long slips = 0;                           // times the wheels went another way than the view
   std::optional<ScaleReport> scale;         // only where the map was scaled

@@ -27,6 +27,10 @@ class Localization {
   Localization(const PipelineOptions& options, const MeasurementModel& model, Schedule schedule,
                std::size_t trajectory_frames);
 
+  // A map that the first frames make has its ids above those of this one.
+  void NumberAbove(std::shared_ptr<const Map> below) { beginning_.below = std::move(below); }
+  // Where a map that the next frame makes is to have it; nothing: where its first keyframe is the origin.
+  void ExpectAt(const std::optional<Rigid3>& T_map_base) { beginning_.T_map_base = T_map_base; }
   // Finds frames in `map` from now on, wherever in it they are.
   void StartIn(std::shared_ptr<const Map> map);
   // The next frame is at `T_map_base`, with this covariance (right tangent [translation, rotation]). There is a map.
@@ -43,7 +47,7 @@ class Localization {
                       std::shared_ptr<const Map>* new_map);
 
   const std::shared_ptr<const Map>& map() const { return known_.map; }
-  const TrajectoryRecorder& trajectory() const { return recorded_.trajectory; }
+  const TrajectoryRecorder& trajectory() const { return trajectory_; }
 
  private:
   std::shared_ptr<const Map> Initialize(const FramePacket& packet, TrackedFrame* frame, FrameReport* report);
@@ -65,7 +69,12 @@ class Localization {
   const MeasurementModel model_;
   const int feature_count_;  // of an image
   OrbExtractor extractor_;
-  Initializer initializer_;
+  struct Beginning {  // of a map
+    Initializer initializer;
+    EarlyFrames early;                 // from before the first pose
+    std::shared_ptr<const Map> below;  // whose ids a new map's are above; none: they begin with 0
+    std::optional<Rigid3> T_map_base;  // where a new map is to have its first frame; none: at its origin
+  } beginning_;
   Tracker tracker_;
   struct Known {
     std::shared_ptr<const Map> map;
@@ -73,10 +82,7 @@ class Localization {
     WheelNoise wheel_noise;
     MountUncertainty mount;
   } known_;
-  struct Recorded {
-    TrajectoryRecorder trajectory;
-    EarlyFrames early;  // frames from before the first pose
-  } recorded_;
+  TrajectoryRecorder trajectory_;
   Relocalizer relocalizer_;
   PoseSlew slew_;
   struct {

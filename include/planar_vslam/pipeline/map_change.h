@@ -24,6 +24,7 @@ struct MapChange {
   std::vector<CulledKeyframe> keyframes_culled;
   std::optional<ScaleReport> scaled;  // it became metric
   std::optional<LoopReport> loop;     // it was bent; `in_map` is the follower's to say
+  std::optional<JoinReport> joined;   // it became one with the known map; `in_map` is the follower's to say
   std::optional<MapScale> scale;      // how well its scale is known now
   std::optional<KeyframeAccuracy> accuracy;
   std::optional<WheelErrors> wheels;  // what the wheels read wrong: its links are corrected by that now

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "planar_vslam/backend/look_back.h"
+#include "planar_vslam/backend/map_joiner.h"
 #include "planar_vslam/backend/map_keyframe.h"
 #include "planar_vslam/pipeline/executor.h"
 #include "planar_vslam/pipeline/map_change.h"
@@ -35,8 +36,10 @@ struct LearntWheels {
 
 class MapJobs {
  public:
-  // `wheels`: by what the odometry that comes is corrected.
-  MapJobs(const MapJobsContext& context, std::shared_ptr<const Map> map, Schedule schedule, const WheelErrors& wheels);
+  // `wheels`: by what the odometry that comes is corrected. `known`: another map, with all ids below, that this one is
+  // to become one with; or none.
+  MapJobs(const MapJobsContext& context, std::shared_ptr<const Map> map, Schedule schedule, const WheelErrors& wheels,
+          std::shared_ptr<const Map> known = nullptr);
   ~MapJobs();
   MapJobs(const MapJobs&) = delete;
   MapJobs& operator=(const MapJobs&) = delete;
@@ -49,6 +52,8 @@ class MapJobs {
   void AddKeyframe(KeyframeProposal proposal);
   // The next keyframe waits for the one at work, which is finished in less detail.
   void Hurry() { hurry_.store(true, std::memory_order_relaxed); }
+  // A keyframe that is to come was seen in the known map.
+  void Meet(const Meeting& meeting) { meetings_.push_back(meeting); }
   // Multiplies the unscaled map by exp(log_scale); it is adjusted as a whole next.
   void MakeMetric(double log_scale, Timestamp stamp);
   // As soon as the searcher is free.
@@ -71,6 +76,7 @@ class MapJobs {
   // What the searcher found, on which snapshot.
   struct Found {
     std::shared_ptr<const Map> snapshot, corrected;  // the latter is null where nothing is to be corrected
+    std::shared_ptr<const Map> known;                // that has to be put beside the map first; or none
     MapCorrection correction;
     MapChange change;  // but for the map
   };
@@ -83,11 +89,16 @@ class MapJobs {
   void Take(Found found, std::vector<MapChange>* changes);
   Found Adjust(const std::shared_ptr<const Map>& snapshot, int max_iterations) const;
   Found LookBackFrom(const std::shared_ptr<const Map>& snapshot);
+  bool Join(const std::shared_ptr<const Map>& snapshot, const std::shared_ptr<const Map>& known,
+            const std::vector<Meeting>& meetings, Found* found);
   MapChange Correct(const Found& found, const std::shared_ptr<const Map>& now) const;
 
   const MapJobsContext context_;
   std::shared_ptr<const Map> map_;
-  MapDrift drift_;                       // the searcher's
+  std::shared_ptr<const Map> known_;     // until the map is one with it
+  std::vector<Meeting> meetings_;        // with the known map
+  std::optional<MapJoiner> joiner_;      // the searcher's
+  std::optional<MapDrift> drift_;        // the searcher's
   std::uint32_t scale_assessed_at_ = 0;  // the next keyframe's id, then
   LearntWheels wheels_;
   std::uint32_t wheels_learned_at_;                  // the next keyframe's id, then

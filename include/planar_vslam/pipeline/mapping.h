@@ -26,8 +26,9 @@ class Mapping {
  public:
   // Grows `map`, which holds keyframes. `may_link`: the next keyframe may hang on the newest one by odometry, for
   // odometry is counted from it on. `wheels`: by what the odometry that comes is corrected.
+  // `known`: another map that this one is to become one with (MapJobs); or none.
   Mapping(const MapJobsContext& context, std::shared_ptr<const Map> map, Schedule schedule, bool may_link,
-          const WheelErrors& wheels);
+          const WheelErrors& wheels, std::shared_ptr<const Map> known = nullptr);
 
   const std::shared_ptr<const Map>& map() const { return jobs_.map(); }
   // Free once the keyframe before is in the map.
@@ -39,6 +40,8 @@ class Mapping {
   void AddSweeps(const FramePacket& packet, std::size_t number) { sweeps_.Add(packet, number); }
   // Takes what the frame says of the map; where it wants to be a keyframe and may, it becomes one: true.
   bool Add(const FramePacket& packet, TrackedFrame frame, const TrajectoryRecorder& trajectory);
+  // The frame that is added next is there in the known map.
+  void Meet(const Meeting& meeting) { jobs_.Meet(meeting); }
   // The robot was put somewhere else: odometry does not lead on from the last keyframe.
   void BreakMotion() { since_keyframe_.reset(); }
   // Changes since the last call, in their order; `wait`: until nothing is left to do.
