@@ -53,7 +53,7 @@ void McapFile::Walk() {
   rest.remove_prefix(kMcapMagic.size());
   while (WalkRecord(&rest)) {
   }
-  std::stable_sort(messages_.begin(), messages_.end(),
+  std::stable_sort(contents.messages.begin(), contents.messages.end(),
                    [](const SourceMessage& a, const SourceMessage& b) { return a.recorded < b.recorded; });
 }
 
@@ -63,8 +63,8 @@ bool McapFile::WalkRecord(std::string_view* rest) {
   try {
     record = TakeRecord(rest);
   } catch (const BadBag& bad) {
-    notes_.push_back(fmt::format("cut off in the record at byte {} of {}, {}: what comes before it is used", position,
-                                 file_.bytes().size(), bad.what()));
+    contents.notes.push_back(fmt::format("cut off in the record at byte {} of {}, {}: what comes before it is used",
+                                         position, file_.bytes().size(), bad.what()));
     return false;
   }
   try {
@@ -118,8 +118,8 @@ void McapFile::AddChannel(std::string_view content) {
   const auto type = schemas_.find(schema);
   if (type == schemas_.end()) throw BadBag{fmt::format("the channel of {} has a schema that was not there", topic)};
   if (std::optional<SourceTopic> read = ToSourceTopic(topic, type->second, encoding)) {
-    channels_[id] = static_cast<std::uint32_t>(topics_.size());
-    topics_.push_back(std::move(*read));
+    channels_[id] = static_cast<std::uint32_t>(contents.topics.size());
+    contents.topics.push_back(std::move(*read));
   }
 }
 
@@ -130,7 +130,7 @@ void McapFile::AddMessage(std::string_view content, std::uint64_t chunk, std::ui
   TakeNumber<std::uint64_t>(&content);  // when it was published
   if (channel == channels_.end()) throw BadBag{"a message of a channel that was not there"};
   if (!channel->second.has_value()) return;
-  messages_.push_back({*channel->second, static_cast<std::int64_t>(recorded), chunk, position});
+  contents.messages.push_back({*channel->second, static_cast<std::int64_t>(recorded), chunk, position});
 }
 
 std::string_view McapFile::Bytes(const SourceMessage& message, std::size_t limit) {

@@ -132,7 +132,7 @@ void McapWriter::Write(const std::string& topic, const std::string& type, std::i
   PutRecord(McapRecord::kMessage, message, &chunk_);
   chunk_times_.Add(time);
   times_.Add(time);
-  constexpr std::size_t kChunk = 768 * 1024;  // bytes, as the recorder's default
+  constexpr std::size_t kChunk = std::size_t{768} * 1024;  // bytes, as the recorder's default
   if (!layout_.chunks) {
     Append(chunk_);
     chunk_.clear();

@@ -30,16 +30,19 @@ class MessageSource {
   virtual std::string_view Bytes(const SourceMessage& message, std::size_t limit) = 0;
 
   // Only those of the types that are read.
-  const std::vector<SourceTopic>& topics() const { return topics_; }
+  const std::vector<SourceTopic>& topics() const { return contents.topics; }
   // In the order of recording.
-  const std::vector<SourceMessage>& messages() const { return messages_; }
+  const std::vector<SourceMessage>& messages() const { return contents.messages; }
   // What the user should know.
-  const std::vector<std::string>& notes() const { return notes_; }
+  const std::vector<std::string>& notes() const { return contents.notes; }
 
  protected:
-  std::vector<SourceTopic> topics_;
-  std::vector<SourceMessage> messages_;
-  std::vector<std::string> notes_;
+  struct Contents {
+    std::vector<SourceTopic> topics;
+    std::vector<SourceMessage> messages;
+    std::vector<std::string> notes;
+  };
+  Contents contents;
 };
 
 // Nothing for a type that is not read, in ROS 1's spelling or ROS 2's (sensor_msgs/msg/Image). Throws BadBag where one

@@ -76,8 +76,8 @@ void SqliteFile::ReadTopics() {
     std::optional<SourceTopic> read =
         ToSourceTopic(TextColumn(rows.get(), 1), TextColumn(rows.get(), 2), TextColumn(rows.get(), 3));
     if (!read.has_value()) continue;
-    topic = static_cast<std::uint32_t>(topics_.size());
-    topics_.push_back(std::move(*read));
+    topic = static_cast<std::uint32_t>(contents.topics.size());
+    contents.topics.push_back(std::move(*read));
   }
 }
 
@@ -88,11 +88,11 @@ void SqliteFile::ReadMessages() {
     const auto topic = topic_of_id_.find(sqlite3_column_int64(rows.get(), 1));
     of_no_topic += topic == topic_of_id_.end() ? 1 : 0;
     if (topic == topic_of_id_.end() || !topic->second.has_value()) continue;
-    messages_.push_back({*topic->second, sqlite3_column_int64(rows.get(), 2), 0,
-                         static_cast<std::uint64_t>(sqlite3_column_int64(rows.get(), 0))});
+    contents.messages.push_back({*topic->second, sqlite3_column_int64(rows.get(), 2), 0,
+                                 static_cast<std::uint64_t>(sqlite3_column_int64(rows.get(), 0))});
   }
   if (of_no_topic > 0) {
-    notes_.push_back(fmt::format("{} messages are of a topic that table topics does not have", of_no_topic));
+    contents.notes.push_back(fmt::format("{} messages are of a topic that table topics does not have", of_no_topic));
   }
 }
 

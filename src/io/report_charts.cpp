@@ -37,11 +37,13 @@ struct Range {
   }
 };
 
+// Of what is drawn: entries without a name are left out.
 std::string Legend(const std::vector<std::pair<const char*, std::string>>& entries) {
   constexpr double kStep = 120.0, kY = 16.0, kSize = 12.0;
   std::string svg;
   double x = kLeft;
   for (const auto& [color, name] : entries) {
+    if (name.empty()) continue;
     svg += fmt::format("<line x1=\"{0:.0f}\" y1=\"12\" x2=\"{1:.0f}\" y2=\"12\" stroke=\"{2}\" stroke-width=\"3\"/>\n",
                        x, x + 20.0, color);
     svg += SvgText(x + 26.0, kY, name, "start", kSize);

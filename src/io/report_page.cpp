@@ -27,7 +27,8 @@ constexpr const char* kStyle =
     "main{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,30rem),1fr));gap:1.5rem}"
     "h1{font-size:1.4rem}h2{font-size:1.1rem;margin:.2rem 0}.chart{width:100%;height:auto;background:#fff}"
     "table{border-collapse:collapse;width:100%;font-size:.9rem}td,th{text-align:left;padding:.2rem .5rem;"
-    "border-bottom:1px solid var(--line);overflow-wrap:anywhere}td.n,th.n{text-align:right}"
+    "border-bottom:1px solid var(--line);overflow-wrap:anywhere}td.n,th.n{text-align:right;white-space:nowrap}"
+    "section{min-width:0;overflow-x:auto}@media(max-width:40rem){table{font-size:.75rem}td,th{padding:.2rem}}"
     ".bar{display:block;height:.5rem;background:#0b62c4}.wide{grid-column:1/-1}";
 
 std::string Escaped(const std::string& text) {

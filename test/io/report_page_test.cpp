@@ -106,6 +106,16 @@ TEST_F(ReportPage, IsWholeWellFormedAndAlone) {
   EXPECT_NE(page.find("#ececec"), std::string::npos);  // a band where the pose was found by sight
 }
 
+TEST_F(ReportPage, TheLegendNamesOnlyWhatIsDrawn) {
+  ReportInput input;
+  input.folder = run();
+  const std::string page = Page(input);
+  EXPECT_NE(page.find(">trajectory</text>"), std::string::npos);
+  long entries = 0;
+  for (std::size_t at = page.find("y1=\"12\""); at != std::string::npos; at = page.find("y1=\"12\"", at + 1)) ++entries;
+  EXPECT_EQ(entries, 3);  // and position and heading, of the covariance
+}
+
 TEST_F(ReportPage, OfARunWithoutAMapSaysSo) {
   Write(run() / "report.json", R"({"frames": {"total": 0}, "findings": []})");
   Write(run() / "trajectory.txt", "");
