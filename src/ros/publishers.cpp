@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "converters.h"
+#include "planar_vslam/pipeline/findings.h"
 #include "planar_vslam/pipeline/navigation_map.h"
 
 namespace planar_vslam::ros_face {
@@ -202,6 +203,37 @@ std::optional<nav_msgs::OccupancyGrid> MapPublisher::grid() {
   return ToOccupancyGrid(grid_header_, *grid_);
 }
 
+namespace {
+
+// What contradicts what so far. Before there is a metric map, too little is known to say so.
+std::vector<std::string> FindingsSoFar(const TrackingLoop& loop) {
+  const std::shared_ptr<const Map> map = loop.map();
+  if (loop.estimator() == nullptr || map == nullptr || !map->metric) return {};
+  const EstimatorReport& report = loop.estimator()->report();
+  if (HardlyMapped(report, map.get())) return {};
+  FindingsInput input{report, loop.estimator()->input_watch(), map.get(), loop.unused()};
+  return Findings(input);
+}
+
+// One status of its own: its message is the most harmful one, its values are all of them.
+diagnostic_msgs::DiagnosticStatus ToStatus(const std::string& name, const std::vector<std::string>& findings) {
+  using diagnostic_msgs::DiagnosticStatus;
+  DiagnosticStatus status;
+  status.name = name + ": findings";
+  status.hardware_id = "none";
+  status.level = findings.empty() ? DiagnosticStatus::OK : DiagnosticStatus::WARN;
+  status.message = findings.empty() ? "none" : findings.front();
+  for (const std::string& finding : findings) {
+    diagnostic_msgs::KeyValue pair;
+    pair.key = std::to_string(status.values.size() + 1);
+    pair.value = finding;
+    status.values.push_back(pair);
+  }
+  return status;
+}
+
+}  // namespace
+
 DiagnosticsPublisher::DiagnosticsPublisher(ros::NodeHandle* node, const std::string& name, const InputQueue& queue)
     : queue_(queue), name_(name), publisher_(node->advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10)) {
   constexpr double kPeriodSeconds = 1.0;
@@ -218,9 +250,17 @@ void DiagnosticsPublisher::OnFrame(const FrameReport& report) {
 void DiagnosticsPublisher::OnInput(const TrackingLoop& loop) {
   const std::shared_ptr<const Map> map = loop.map();
   std::map<std::string, long> unused = loop.unused();
+  constexpr double kFindingsPeriod = 5.0;  // s: they go through all keyframes
+  const ros::WallTime now = ros::WallTime::now();
+  std::optional<std::vector<std::string>> findings;
+  if ((now - findings_time_).toSec() > kFindingsPeriod) {
+    findings_time_ = now;
+    findings = FindingsSoFar(loop);
+  }
   const std::lock_guard<std::mutex> lock(mutex_);
   status_.waiting_for = loop.waiting_for();
   status_.unused = std::move(unused);
+  if (findings.has_value()) status_.findings = std::move(*findings);
   status_.keyframes = map != nullptr ? map->keyframes.size() : 0;
   status_.points = map != nullptr ? map->landmarks.size() : 0;
   if (loop.estimator() == nullptr) return;
@@ -280,6 +320,7 @@ void DiagnosticsPublisher::Publish() {
   diagnostic_msgs::DiagnosticArray array;
   array.header.stamp = ros::Time::now();
   array.status.push_back(message);
+  array.status.push_back(ToStatus(name_, status.findings));
   publisher_.publish(array);
 }
 

@@ -111,6 +111,7 @@ class DiagnosticsPublisher {
     std::map<std::string, long> failed_adjustments, unused;
     StageStatistics stages;
     long frames = 0;
+    std::vector<std::string> findings;
   };
   void Publish();
 
@@ -120,7 +121,8 @@ class DiagnosticsPublisher {
   std::mutex mutex_;
   Status status_;
   long frames_before_ = 0;
-  ros::WallTimer timer_;  // last: stops before the rest goes
+  ros::WallTime findings_time_;  // of the tracking thread
+  ros::WallTimer timer_;         // last: stops before the rest goes
 };
 
 }  // namespace planar_vslam::ros_face

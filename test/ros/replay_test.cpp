@@ -153,6 +153,8 @@ TEST_F(Replay, MapShowsFloorAndObstacles) {
   EXPECT_GT(std::count(grid.data.begin(), grid.data.end(), 100), 20);
 }
 
+TEST_F(Replay, NothingIsFoundOnAGoodDrive) { EXPECT_EQ(listener_->findings(), "none"); }
+
 TEST_F(Replay, DiagnosticsSpeakOfTracking) {
   const std::map<std::string, std::string> values = listener_->diagnostics();
   ASSERT_EQ(values.count("state"), 1U);

@@ -44,6 +44,7 @@ class Listener {
         "/diagnostics", 10, [this](const diagnostic_msgs::DiagnosticArray::ConstPtr& diagnostics) {
           const std::lock_guard<std::mutex> lock(mutex_);
           for (const auto& pair : diagnostics->status.at(0).values) diagnostics_[pair.key] = pair.value;
+          findings_ = diagnostics->status.at(1).message;
         }));
     subscribers_.push_back(node.subscribe<State>("state", 10, [this](const State::ConstPtr& state) {
       const std::lock_guard<std::mutex> lock(mutex_);
@@ -72,6 +73,10 @@ class Listener {
     const std::lock_guard<std::mutex> lock(mutex_);
     return diagnostics_;
   }
+  std::string findings() const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return findings_;
+  }
 
  private:
   mutable std::mutex mutex_;
@@ -80,6 +85,7 @@ class Listener {
   nav_msgs::OccupancyGrid grid_;
   State state_;
   std::map<std::string, std::string> diagnostics_;
+  std::string findings_;  // what the status of findings says
   std::vector<ros::Subscriber> subscribers_;
 };
 
