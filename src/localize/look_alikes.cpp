@@ -63,9 +63,10 @@ double SightMap::LookAlikeShareAt(const Rigid2& T_map_base, const std::vector<Si
   constexpr double kSameAngle = DegreesToRadians(30.0);
   for (const Answer& answer : answers_) {
     const Rigid2 off = answer.T_map_base.Inverse() * T_map_base;
-    if (off.translation.norm() <= kSame && std::abs(off.angle) <= kSameAngle) return answer.share;
+    const bool same = off.translation.norm() <= kSame && std::abs(off.angle) <= kSameAngle;
+    if (same && answer.views >= views.size()) return answer.share;
   }
-  answers_.push_back({T_map_base, LookAlikeShare(table(), *map_, T_map_base, views)});
+  answers_.push_back({T_map_base, views.size(), LookAlikeShare(table(), *map_, T_map_base, views)});
   return answers_.back().share;
 }
 

@@ -26,6 +26,7 @@ class SightMap {
  private:
   struct Answer {
     Rigid2 T_map_base;
+    std::size_t views = 0;  // that it was asked with: few show less than many
     double share = 0.0;
   };
 
