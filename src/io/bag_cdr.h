@@ -46,11 +46,13 @@ class CdrReader {
   template <class T>
   void Read(std::vector<T>* sequence) {
     constexpr bool kNumbers = std::is_arithmetic_v<T>;
-    sequence->resize(ReadCount(kNumbers ? sizeof(T) : 1));
+    std::size_t count = ReadCount(kNumbers ? sizeof(T) : 1);
     if constexpr (kNumbers) {
-      if (!sequence->empty()) ReadNumbers(sequence->data(), sequence->size(), sizeof(T));
+      sequence->resize(count);
+      if (count > 0) ReadNumbers(sequence->data(), count, sizeof(T));
     } else {
-      for (T& element : *sequence) Read(&element);
+      sequence->clear();  // grows as it is read: what a count claims is no reason to allocate
+      for (; count > 0; --count) Read(&sequence->emplace_back());
     }
   }
   template <class M>

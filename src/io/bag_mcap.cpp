@@ -32,6 +32,7 @@ class McapFile : public MessageSource {
 
   MappedFile file_;
   McapChunks chunks_;
+  std::string unpacked_;  // the last message that was packed by itself
   std::map<std::uint16_t, std::string> schemas_;
   std::map<std::uint16_t, std::optional<std::uint32_t>> channels_;  // topic, where it is one that is read
 };
@@ -137,7 +138,7 @@ std::string_view McapFile::Bytes(const SourceMessage& message, std::size_t limit
   constexpr std::size_t kBeforeData = 2 + 4 + 8 + 8;  // channel, sequence, times
   std::string_view rest = message.block == kNoChunk ? file_.bytes() : chunks_.At(message.block);
   rest.remove_prefix(message.position);
-  return TakeRecord(&rest).content.substr(kBeforeData).substr(0, limit);
+  return Unpacked(TakeRecord(&rest).content.substr(kBeforeData), &unpacked_).substr(0, limit);
 }
 
 }  // namespace

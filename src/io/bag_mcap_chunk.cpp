@@ -45,7 +45,7 @@ std::string Unpack(std::string_view packed, std::string_view compression, std::u
   if (compression.empty()) {
     bytes = packed;
   } else if (compression == "zstd") {
-    if (size > 0 || !packed.empty()) bytes = UnpackZstd(packed);
+    if (size > 0 || !packed.empty()) bytes = UnpackZstd(packed, size);
   } else if (compression == "lz4") {
     bytes = UnpackLz4(packed, size);
   } else {

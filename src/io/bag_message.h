@@ -4,6 +4,7 @@
 #include <std_msgs/Header.h>
 
 #include <limits>
+#include <new>
 #include <stdexcept>
 #include <string>
 #include <variant>
@@ -90,6 +91,8 @@ void StoredMessage::Decode(const InSource& place, std::size_t limit, M* message)
     ros::serialization::IStream stream(copy.data(), static_cast<std::uint32_t>(copy.size()));
     ros::serialization::deserialize(stream, *message);
   } catch (const ros::serialization::StreamOverrunException&) {
+    throw DamagedMessage();
+  } catch (const std::bad_alloc&) {  // by a damaged count
     throw DamagedMessage();
   }
 }

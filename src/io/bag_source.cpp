@@ -7,6 +7,7 @@
 #include <array>
 
 #include "bag_bytes.h"
+#include "bag_message.h"
 
 namespace planar_vslam::io {
 
@@ -32,6 +33,10 @@ std::string UnpackZstd(std::string_view packed) {
   if (size == ZSTD_CONTENTSIZE_ERROR || size == ZSTD_CONTENTSIZE_UNKNOWN) {
     throw BadBag{"a zstd block does not say how long it is"};
   }
+  return UnpackZstd(packed, size);
+}
+
+std::string UnpackZstd(std::string_view packed, std::uint64_t size) {
   if (size > kLargestBlock) throw BadBag{fmt::format("a zstd block claims {} bytes", size)};
   std::string bytes(size, '\0');
   const std::size_t unpacked = ZSTD_decompress(bytes.data(), bytes.size(), packed.data(), packed.size());
@@ -44,6 +49,16 @@ std::string UnpackZstd(std::string_view packed) {
 
 bool IsZstd(std::string_view bytes) {
   return bytes.size() >= sizeof(std::uint32_t) && ReadNumber<std::uint32_t>(bytes) == ZSTD_MAGICNUMBER;
+}
+
+std::string_view Unpacked(std::string_view bytes, std::string* memory) {
+  if (!IsZstd(bytes)) return bytes;
+  try {
+    *memory = UnpackZstd(bytes);
+  } catch (const BadBag&) {
+    throw DamagedMessage();
+  }
+  return *memory;
 }
 
 }  // namespace planar_vslam::io

@@ -51,8 +51,13 @@ std::optional<SourceTopic> ToSourceTopic(std::string_view name, std::string_view
 
 // The decompressed bytes of a zstd frame, which has to say how many; throws BadBag.
 std::string UnpackZstd(std::string_view packed);
+// The `size` decompressed bytes of zstd frames: some writers' do not say how many. Throws BadBag.
+std::string UnpackZstd(std::string_view packed, std::uint64_t size);
 // Whether they are a zstd frame.
 bool IsZstd(std::string_view bytes);
+// A message as it was before ROS 2's recorder packed it, where it did (compression mode `message`): the bytes, or
+// `memory` that holds them now, which is not what `bytes` are in. Throws DamagedMessage.
+std::string_view Unpacked(std::string_view bytes, std::string* memory);
 
 // The most bytes that a block of a file may say it unpacks to: far more than recorders write, far less than would
 // exhaust a machine.

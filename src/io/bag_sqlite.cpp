@@ -38,7 +38,7 @@ class SqliteFile : public MessageSource {
   std::unique_ptr<sqlite3, Close> database_;
   std::unique_ptr<sqlite3_blob, Close> blob_;
   std::map<std::int64_t, std::optional<std::uint32_t>> topic_of_id_;  // where it is one that is read
-  std::string bytes_;
+  std::string bytes_, unpacked_;
 };
 
 SqliteFile::SqliteFile(const std::filesystem::path& path) {
@@ -114,14 +114,8 @@ std::string_view SqliteFile::Bytes(const SourceMessage& message, std::size_t lim
     if (sqlite3_blob_read(opened, bytes_.data(), static_cast<int>(count), 0) != SQLITE_OK) Fail();
   };
   read(std::min(size, std::max(limit, kToTell)));
-  if (!IsZstd(bytes_)) return std::string_view(bytes_).substr(0, limit);
-  read(size);
-  try {
-    bytes_ = UnpackZstd(bytes_);  // compression mode `message` of ROS 2's recorder
-  } catch (const BadBag&) {
-    throw DamagedMessage();
-  }
-  return std::string_view(bytes_).substr(0, limit);
+  if (IsZstd(bytes_)) read(size);
+  return Unpacked(bytes_, &unpacked_).substr(0, limit);
 }
 
 }  // namespace

@@ -51,12 +51,15 @@ Expected<CameraModel> ReadCamera(const Bags& bags, const std::string& file, cons
   const std::string where = file + ": " + topics.camera_info;
   const bool is_rectified = IsRectifiedImage(topics.image, rectified);
   std::optional<Expected<CameraModel>> camera;
+  bool any_whole = false;
   ForEachMessage(bags, {topics.camera_info}, [&](const StoredMessage& message) {
     const auto info = message.ReadIfWhole<sensor_msgs::CameraInfo>();
+    any_whole = any_whole || info != nullptr;
     if (info != nullptr && IsFilledIn(*info, is_rectified)) camera = ToCameraModel(*info, where, is_rectified);
     return !camera.has_value();
   });
   if (camera.has_value()) return *camera;
+  if (!any_whole) return Error{where + ": no message is whole; expected the intrinsics of a calibrated camera"};
   return Error{fmt::format("{}: {} is zero in every message; expected the intrinsics of a calibrated camera", where,
                            is_rectified ? "P" : "K")};
 }

@@ -2,6 +2,7 @@
 #include "bag_mcap.h"
 
 #include <gtest/gtest.h>
+#include <zstd.h>
 
 #include <fstream>
 #include <iterator>
@@ -37,12 +38,34 @@ std::string Schema(std::uint16_t id, const std::string& name) {
 std::string Channel(std::uint16_t id, std::uint16_t schema, const std::string& topic, const std::string& encoding) {
   return Record(io::McapRecord::kChannel, Little(id) + Little(schema) + Text(topic) + Text(encoding) + Text(""));
 }
+std::string MessageOf(std::uint16_t channel, double t, const std::string& bytes) {
+  const std::string time = Little(StampAt(t).nanoseconds);
+  return Record(io::McapRecord::kMessage, Little(channel) + Little(std::uint32_t{0}) + time + time + bytes);
+}
 template <class M>
 std::string Message(std::uint16_t channel, double t, const M& message) {
   io::CdrWriter writer;
   writer(message);
-  const std::string time = Little(StampAt(t).nanoseconds);
-  return Record(io::McapRecord::kMessage, Little(channel) + Little(std::uint32_t{0}) + time + time + writer.bytes());
+  return MessageOf(channel, t, writer.bytes());
+}
+// As a stream, which does not know in the beginning how long it is going to be.
+std::string Streamed(const std::string& bytes) {
+  const std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context(ZSTD_createCCtx(), &ZSTD_freeCCtx);
+  std::string packed(ZSTD_compressBound(bytes.size()), '\0');
+  ZSTD_inBuffer in{bytes.data(), bytes.size(), 0};
+  ZSTD_outBuffer out{packed.data(), packed.size(), 0};
+  ZSTD_compressStream2(context.get(), &out, &in, ZSTD_e_continue);
+  ZSTD_compressStream2(context.get(), &out, &in, ZSTD_e_end);
+  packed.resize(out.pos);
+  return packed;
+}
+template <class M>
+std::string PackedMessage(std::uint16_t channel, double t, const M& message) {
+  io::CdrWriter writer;
+  writer(message);
+  std::string packed(ZSTD_compressBound(writer.bytes().size()), '\0');
+  packed.resize(ZSTD_compress(packed.data(), packed.size(), writer.bytes().data(), writer.bytes().size(), 1));
+  return MessageOf(channel, t, packed);
 }
 std::string Chunk(const std::string& records, const std::string& compression, std::uint64_t size,
                   std::uint32_t checksum = 0) {
@@ -126,6 +149,24 @@ TEST_F(Mcap, ChunksThatCannotBeUnpackedAreErrors) {
   }
   ExpectInError(ErrorOf(Chunk(camera, "lz4", 1'000'000'000U)), {"byte 8", "claims"});
   ExpectInError(ErrorOf(Chunk(camera.substr(0, camera.size() - 3), "", camera.size() - 3)), {"byte 8", "block of"});
+}
+
+TEST_F(Mcap, ChunksPackedAsStreamsAreUnpacked) {
+  const std::string camera = Camera(), packed = Streamed(camera);
+  ASSERT_EQ(ZSTD_getFrameContentSize(packed.data(), packed.size()), ZSTD_CONTENTSIZE_UNKNOWN);
+  EXPECT_EQ(ErrorOf(Chunk(packed, "zstd", camera.size())), "");
+  ExpectInError(ErrorOf(Chunk(packed, "zstd", camera.size() + 1)), {"byte 8", "another length"});
+  ExpectInError(ErrorOf(Chunk(packed, "zstd", camera.size() - 1)), {"byte 8", "unpacked"});
+}
+
+// Compression mode `message` of ROS 2's recorder.
+TEST_F(Mcap, MessagesPackedOneByOneAreUnpacked) {
+  sensor_msgs::Image image = RawImage(RampImage(), "mono8");
+  image.header.stamp = At(1.0);
+  EXPECT_EQ(ErrorOf(Schema(1, "sensor_msgs/msg/CameraInfo") + Schema(2, "sensor_msgs/msg/Image") +
+                    Channel(1, 1, "/camera/camera_info", "cdr") + Channel(2, 2, "/camera/image_raw", "cdr") +
+                    PackedMessage(1, 1.0, Info()) + PackedMessage(2, 1.0, image)),
+            "");
 }
 
 TEST_F(Mcap, RecordsThatReferToNothingAreErrors) {

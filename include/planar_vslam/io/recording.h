@@ -57,8 +57,9 @@ class Recording {
   virtual const std::map<std::string, long>& skipped() const = 0;
 };
 
-// Opens a bag (rosbag v2; .mcap, .db3 or their folder as ROS 2 records them), a dataset folder (images.csv, ...), a TUM-RGBD folder (rgb.txt) or a KITTI odometry folder
-// (image_0, times.txt, calib.txt). One-line errors: file, field or topic, what was expected.
+// Opens a bag (rosbag v2; .mcap, .db3 or their folder as ROS 2 records them), a dataset folder (images.csv, ...), a
+// TUM-RGBD folder (rgb.txt) or a KITTI odometry folder (image_0, times.txt, calib.txt). One-line errors: file, field or
+// topic, what was expected.
 Expected<std::unique_ptr<Recording>> OpenRecording(const std::filesystem::path& path, const RecordingOptions& options);
 // Several bags of one drive as one recording, in any order: what one holds, such as tf_static, counts for all.
 Expected<std::unique_ptr<Recording>> OpenRecording(const std::vector<std::filesystem::path>& paths,
