@@ -95,7 +95,6 @@ void Supervisor::Reset() {
   held_since_.reset();
   told_since_.reset();
   has_last_ = false;
-  driven_unconfirmed_ = 0.0;
 }
 
 }  // namespace planar_vslam

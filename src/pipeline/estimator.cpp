@@ -8,8 +8,8 @@
 #include <limits>
 #include <utility>
 
+#include "estimator_session.h"
 #include "planar_vslam/geometry/tangent_parts.h"
-#include "planar_vslam/pipeline/known_map.h"
 #include "planar_vslam/pipeline/mapper_context.h"
 
 namespace planar_vslam {
@@ -36,25 +36,6 @@ double DistanceToMap(const Map& map, const Rigid3& T_map_base) {
 }
 
 }  // namespace
-
-struct Estimator::Session {
-  Session(const EstimatorSettings& settings, const MeasurementModel& model)
-      : localization(
-            std::make_unique<Localization>(settings.options, model, settings.schedule, settings.trajectory_frames)) {}
-
-  void Count(const FrameReport& frame, const std::optional<PlanarMotion>& step);
-  void Count(const MapChange& change, double max_scale_sigma);
-
-  std::unique_ptr<Localization> localization;
-  std::unique_ptr<Localization> own;  // waits for a map of its own while the loaded one is not seen
-  std::optional<KnownMap> known;      // the loaded one, while the drive maps on its own beside it
-  bool joined = false;                // with it, since the last frame
-  EstimatorReport report;
-  bool slipping = false;  // the last frame was
-  double distance = 0.0;  // m, driven by the wheels since the first frame
-  Timestamp last_frame;
-  std::optional<Mapping> mapping;  // while the map grows; last: its jobs end before the rest goes
-};
 
 Estimator::Input::Input(const EstimatorSettings& settings)
     : corrector(settings.options.calibration), synchronizer(settings.with_odometry) {}
@@ -116,8 +97,10 @@ FrameReport Estimator::Process(const FramePacket& packet) {
   TrackedFrame frame = session.localization->Locate(packet, slot, &report, may_make_map ? &new_map : nullptr);
   if (std::exchange(session.joined, false)) {
     report.joined = true;
-    if (report.state == TrackingState::kTracking) report.state = TrackingState::kRelocalized;
+    if (report.T_map_base.has_value()) report.state = TrackingState::kRelocalized;
   }
+  session.seen = session.seen || (session.localization->map() != nullptr && report.inliers > 0);
+  if (session.seen) session.own.reset();
   if (!session.known.has_value() && MayMapOnItsOwn()) StartOwnMap(packet, &frame, &report, &new_map);
   session.Count(report, frame.step);
   view_ = ViewOf(packet.image.image, frame.features, frame.track, packet.T_base_camera, model_.camera,
@@ -141,40 +124,6 @@ FrameReport Estimator::Process(const FramePacket& packet) {
   report.times.push_back({"frame.total", report.total_ms});
   session.report.stages.Add(report.times);
   return report;
-}
-
-void Estimator::Session::Count(const FrameReport& frame, const std::optional<PlanarMotion>& step) {
-  ++report.frames[frame.state];
-  last_frame = frame.stamp;
-  if (frame.T_map_base.has_value() && !report.initialized.has_value()) report.initialized = frame.stamp;
-  report.odometry_rejected += frame.odometry_rejected ? 1 : 0;
-  if (frame.odometry_rejected && !slipping) ++report.slips;
-  slipping = frame.odometry_rejected;
-  if (!step.has_value()) return;
-  distance += step->distance;
-  ++(step->modelled ? report.odometry_by_model : report.odometry_by_messages);
-}
-
-void Estimator::Session::Count(const MapChange& change, double max_scale_sigma) {
-  report.keyframes_made += change.keyframe.has_value() ? 1 : 0;
-  report.keyframes_culled += static_cast<long>(change.keyframes_culled.size());
-  if (change.wheels.has_value()) report.wheels = *change.wheels;
-  if (change.loop.has_value()) report.loops.push_back({change.loop->closed, change.loop->keyframe, last_frame});
-  if (change.joined.has_value()) {
-    report.joined = change.joined;
-    report.joined->in_map = last_frame;
-    known.reset();
-    joined = true;
-  }
-  if (change.scaled.has_value()) report.scale = change.scaled;
-  report.adjustments += change.bundle_iterations > 0 ? 1 : 0;
-  report.adjustment_iterations += change.bundle_iterations;
-  if (!change.failure.empty()) ++report.failed_adjustments[change.failure];
-  if (!change.scale.has_value()) return;
-  report.map_scale = *change.scale;
-  const std::optional<ScaleMeasurement>& fused = change.scale->fused;
-  const bool is_known = change.map->metric && fused.has_value() && fused->sigma <= max_scale_sigma;
-  if (is_known && !report.scale_known_after.has_value()) report.scale_known_after = distance;
 }
 
 // Passes the changes of the map on to localization and report.
@@ -240,9 +189,8 @@ void Estimator::StartMapping(std::shared_ptr<const Map> map, bool may_link) {
 }
 
 bool Estimator::MayMapOnItsOwn() const {
-  const EstimatorReport& report = session_->report;
-  return mode_ == RunMode::kMapping && map() != nullptr && loaded_map_ != nullptr && map()->metric &&
-         report.frames.count(TrackingState::kTracking) == 0 && session_->distance > KnownMap::kPatience;
+  return mode_ == RunMode::kMapping && map() != nullptr && loaded_map_ != nullptr && map()->metric && !session_->seen &&
+         session_->distance > KnownMap::kPatience;
 }
 
 void Estimator::StartOwnMap(const FramePacket& packet, TrackedFrame* frame, FrameReport* report,
@@ -251,8 +199,8 @@ void Estimator::StartOwnMap(const FramePacket& packet, TrackedFrame* frame, Fram
   if (session.own == nullptr) {
     session.own =
         std::make_unique<Localization>(settings_.options, model_, settings_.schedule, settings_.trajectory_frames);
-    session.own->NumberAbove(map());
   }
+  session.own->NumberAbove(map());
   session.own->ExpectAt(report->T_map_base);
   FrameReport by_own_map;
   by_own_map.stamp = report->stamp;
@@ -301,8 +249,11 @@ Expected<bool> Estimator::SetMode(RunMode mode) {
       FollowSweeps();
     }
     session_->mapping.reset();
+    session_->own.reset();
+    const bool beside_known = session_->known.has_value();
+    session_->known.reset();  // two maps that stay two
     session_->localization->UseSweeps();
-    loaded_map_ = map();  // a restart starts in it again
+    if (!beside_known) loaded_map_ = map();  // a restart starts in it again
   } else {
     const Expected<bool> may_grow = MayGrow(map_camera_);
     if (map() != nullptr && !may_grow.ok()) return Error{"mode mapping: the map was " + may_grow.error().message};

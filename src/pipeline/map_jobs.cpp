@@ -148,7 +148,11 @@ std::vector<MapChange> MapJobs::Collect(bool wait) {
       retired_.push_back(std::exchange(map_, change.map));
       look_back_due_ = look_back_due_ || (change.keyframe.has_value() && map_->metric);
       if (change.wheels.has_value()) wheels_.applied = *change.wheels;
-      if (change.joined.has_value()) known_.reset();
+      if (change.joined.has_value()) {
+        known_.reset();
+        meetings_.clear();
+        look_back_due_ = true;  // how well its poses are known in the frame of the known map
+      }
       if (change.scaled.has_value()) AdjustWholeMap(context_.mapper.model.options.max_iterations);
       changes.push_back(std::move(change));
     }
@@ -192,8 +196,13 @@ void MapJobs::Search() {
   } else {
     look_back_due_ = false;
     searching_ = Submit(searcher_.get(), [this, snapshot = map_, known = known_, meetings = meetings_] {
-      Found found;
-      return known != nullptr && Join(snapshot, known, meetings, &found) ? found : LookBackFrom(snapshot);
+      Found joined;
+      if (known != nullptr && Join(snapshot, known, meetings, &joined)) return joined;
+      Found found = LookBackFrom(snapshot);
+      StageTimes& times = found.change.times;
+      times.insert(times.begin(), joined.change.times.begin(), joined.change.times.end());
+      if (found.change.failure.empty()) found.change.failure = std::move(joined.change.failure);
+      return found;
     });
   }
 }

@@ -29,7 +29,9 @@ SharedLandmarks SharedBy(const Map& map, KeyframeId i, const Keyframe& j) {
     const auto at = std::lower_bound(seen.begin(), seen.end(), i,
                                      [](const Observation& o, KeyframeId k) { return o.keyframe < k; });
     if (at == seen.end() || at->keyframe != i) continue;
-    const double depth = std::max(kNearest, (T_camera_map * landmark.p_map).z());
+    const double z = (T_camera_map * landmark.p_map).z();
+    if (z <= 0.0) continue;
+    const double depth = std::max(kNearest, z);
     ++shared.count;
     shared.inverse_squares += 1.0 / (depth * depth);
   }

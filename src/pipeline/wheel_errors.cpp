@@ -69,8 +69,8 @@ double MedianMisfit(const std::vector<WheelComparison<N>>& comparisons, double s
 // The noise in whole: that applied, `applied`, times what the comparisons show beyond it.
 template <int N>
 double NoiseOf(const std::vector<WheelComparison<N>>& comparisons, double share, double applied) {
-  constexpr double kMost = 6.0;                         // beyond that it is no noise
-  constexpr double kPrior = 20.0;                       // links that what was configured is worth
+  constexpr double kMost = 6.0;    // beyond that it is no noise, but wheels that are broken
+  constexpr double kPrior = 20.0;  // links that what was configured is worth, 4 m of driving: chosen, not fitted
   constexpr double kMedian = N == 1 ? 0.4549 : 1.3863;  // of chi-square
   constexpr int kHalvings = 12;
   if (comparisons.empty()) return applied;

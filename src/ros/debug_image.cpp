@@ -4,17 +4,37 @@
 #include <sensor_msgs/image_encodings.h>
 
 #include <boost/make_shared.hpp>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "converters.h"
 #include "planar_vslam/io/frame_picture.h"
 #include "robot_state.h"
 
 namespace planar_vslam::ros_face {
+namespace {
+
+// The lines below the picture: state, what tells the pose (as in msg/State.msg) and how much is seen; what is waited
+// for.
+std::vector<std::string> DebugText(const FrameReport& report, const FrameView& view, const std::string& localised_by) {
+  std::vector<std::string> text{fmt::format("{} by {}: {} followed, {} refused, {} keypoints", ToString(report.state),
+                                            localised_by, view.followed.size(), view.refused.size(),
+                                            view.features != nullptr ? view.features->keypoints.size() : 0)};
+  text.push_back(report.waiting_for.empty() ? "" : "waiting for " + report.waiting_for);
+  return text;
+}
+
+}  // namespace
 
 DebugImagePublisher::DebugImagePublisher(const ros::NodeHandle& node, const NodeSettings& settings)
-    : min_inliers_(settings.pipeline.tracker.min_inliers),
-      publisher_(image_transport::ImageTransport(node).advertise("debug_image", 1)) {}
+    : min_inliers_(settings.pipeline.tracker.min_inliers) {
+  try {
+    publisher_ = image_transport::ImageTransport(node).advertise("debug_image", 1);
+  } catch (const image_transport::Exception& exception) {  // a machine without plugins, which needs none for the rest
+    ROS_WARN("debug_image: %s", exception.what());
+  }
+}
 
 void DebugImagePublisher::OnFrame(const FrameReport& report, const TrackingLoop& loop) {
   if (drawing_ || publisher_.getNumSubscribers() == 0) return;
@@ -34,14 +54,6 @@ void DebugImagePublisher::OnFrame(const FrameReport& report, const TrackingLoop&
     publisher_.publish(sensor_msgs::ImageConstPtr(message));
     drawing_ = false;
   });
-}
-
-std::vector<std::string> DebugText(const FrameReport& report, const FrameView& view, const std::string& localised_by) {
-  std::vector<std::string> text{fmt::format("{} by {}: {} followed, {} refused, {} keypoints", ToString(report.state),
-                                            localised_by, view.followed.size(), view.refused.size(),
-                                            view.features != nullptr ? view.features->keypoints.size() : 0)};
-  text.push_back(report.waiting_for.empty() ? "" : "waiting for " + report.waiting_for);
-  return text;
 }
 
 }  // namespace planar_vslam::ros_face

@@ -3,8 +3,6 @@
 #include <image_transport/image_transport.h>
 
 #include <atomic>
-#include <string>
-#include <vector>
 
 #include "parameters.h"
 #include "planar_vslam/pipeline/executor.h"
@@ -27,9 +25,5 @@ class DebugImagePublisher {
   std::atomic<bool> drawing_{false};
   WorkerExecutor worker_{kNiceness};  // last: its jobs end before the rest goes
 };
-
-// The lines below the picture: state, what tells the pose (as in msg/State.msg) and how much is seen; what is waited
-// for.
-std::vector<std::string> DebugText(const FrameReport& report, const FrameView& view, const std::string& localised_by);
 
 }  // namespace planar_vslam::ros_face

@@ -137,10 +137,11 @@ class NavigatorNode {
   }
 
   void OnState(const State& message) {
-    const bool confirmed = message.localised_by == "camera" || message.localised_by == "laser";
-    source_ = confirmed                            ? PoseSource::kConfirmed
-              : message.localised_by == "odometry" ? PoseSource::kWheels
-                                                   : PoseSource::kNothing;
+    constexpr double kFresh = 0.5;  // s; while no frame comes the state repeats itself, and only this grows
+    const bool told = message.localised_by == "camera" || message.localised_by == "laser";
+    source_ = told && message.time_since_fix < kFresh      ? PoseSource::kConfirmed
+              : told || message.localised_by == "odometry" ? PoseSource::kWheels
+                                                           : PoseSource::kNothing;
   }
 
   void OnSimpleGoal(const geometry_msgs::PoseStamped& message) {

@@ -50,7 +50,10 @@ class LocalizationPublisher {
 class MapPublisher {
  public:
   MapPublisher(ros::NodeHandle* node, const NodeSettings& settings);
-  ~MapPublisher() { octomap_->Shutdown(); }
+  // By the builder, after what it is at; it does what waits before it ends.
+  ~MapPublisher() {
+    builder_.Submit([this] { octomap_->Shutdown(); });
+  }
   MapPublisher(const MapPublisher&) = delete;
   MapPublisher& operator=(const MapPublisher&) = delete;
 

@@ -26,7 +26,7 @@ int Run() {
   try {
     const SlamApp app(ros::NodeHandle(), private_node, ros::this_node::getName(), settings, on_map_refused);
     ros::spin();
-  } catch (const image_transport::TransportLoadException& exception) {
+  } catch (const image_transport::Exception& exception) {
     ROS_FATAL("image_transport: %s", exception.what());
     return kExitBadInput;
   }

@@ -23,7 +23,7 @@ class SlamNodelet : public nodelet::Nodelet {
     try {
       app_ = std::make_unique<ros_face::SlamApp>(getNodeHandle(), getPrivateNodeHandle(), getName(), settings,
                                                  on_map_refused);
-    } catch (const image_transport::TransportLoadException& exception) {
+    } catch (const image_transport::Exception& exception) {
       NODELET_FATAL("image_transport: %s", exception.what());
     }
   }

@@ -113,7 +113,8 @@ TEST_F(ReportPage, TheLegendNamesOnlyWhatIsDrawn) {
   EXPECT_NE(page.find(">trajectory</text>"), std::string::npos);
   long entries = 0;
   for (std::size_t at = page.find("y1=\"12\""); at != std::string::npos; at = page.find("y1=\"12\"", at + 1)) ++entries;
-  EXPECT_EQ(entries, 3);  // and position and heading, of the covariance
+  EXPECT_EQ(entries, 4);  // and the loop; position and heading, of the covariance
+  EXPECT_EQ(page.find(">truth</text>"), std::string::npos);
 }
 
 TEST_F(ReportPage, OfARunWithoutAMapSaysSo) {

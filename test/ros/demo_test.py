@@ -2,6 +2,7 @@
 """demo.launch, short: a robot maps a part of the small laboratory, is found in its map, and drives to two goals."""
 import os
 import re
+import signal
 import subprocess
 import sys
 import tempfile
@@ -24,10 +25,16 @@ class Demo(unittest.TestCase):
                 file.write(world)
             command = ['roslaunch', 'planar_vslam', 'demo.launch', 'world:=%s/short.yaml' % folder, 'goals:=2',
                        'map_directory:=' + folder, 'map_name:=short']
-            result = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=PATIENCE, text=True)
-            self.assertIn('2 of 2 goals reached, 0 collisions', result.stdout)
-            self.assertIn(': well', result.stdout)
-            self.assertEqual(len(re.findall(r'^goal +\d+ +reached', result.stdout, re.MULTILINE)), 2, result.stdout)
+            process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+            try:
+                output, _ = process.communicate(timeout=PATIENCE)
+            except subprocess.TimeoutExpired:
+                process.send_signal(signal.SIGINT)  # roslaunch ends its nodes
+                output, _ = process.communicate(timeout=40)
+                self.fail('not over after %g s:\n%s' % (PATIENCE, output))
+            self.assertIn('2 of 2 goals reached, 0 collisions', output)
+            self.assertIn(': well', output)
+            self.assertEqual(len(re.findall(r'^goal +\d+ +reached', output, re.MULTILINE)), 2, output)
             self.assertTrue(all(os.path.exists('%s/short.%s' % (folder, kind)) for kind in ('pvm', 'yaml', 'pgm')))
 
     def test_wrong_parameters_are_named(self):

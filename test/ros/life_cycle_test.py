@@ -19,7 +19,7 @@ from planar_vslam.srv import LoadMap, SaveMap, SetMode
 from ros_testing import Recorder, resident_mib, wait_for
 from std_srvs.srv import Trigger
 
-MODES, LOADS, SETTLED = 50, 20, 5  # how often; after so many times memory no longer grows
+MODES, LOADS, SETTLED = 20, 10, 5  # how often; after so many times memory no longer grows
 GROWTH = 60.0  # MiB: less than a map each time
 
 

@@ -171,9 +171,10 @@ class SimNode(unittest.TestCase):
     def test_5_pictures_and_octomap_come_to_who_subscribes(self):
         pictures = Recorder('debug_image', Image)
         wait_for(lambda: pictures.messages, 'debug_image')
+        wait_for(lambda: self.images.messages, 'an image')
         picture, image = pictures.messages[-1], self.images.messages[-1]
         self.assertEqual((picture.encoding, picture.width, picture.header.frame_id), ('bgr8', image.width, image.header.frame_id))
-        self.assertIn(picture.header.stamp, [m.header.stamp for m in list(self.images.messages)])
+        wait_for(lambda: picture.header.stamp in [m.header.stamp for m in list(self.images.messages)], 'its image')
         self.assertGreater(picture.height, image.height, 'text below')
         self.assertEqual(len(picture.data), picture.step * picture.height)
         self.assertNotEqual(picture.data[0::3], picture.data[1::3], 'colours: something is followed')

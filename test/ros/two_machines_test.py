@@ -69,13 +69,13 @@ class TwoMachines(unittest.TestCase):
                                stdout=subprocess.PIPE, timeout=240, check=True)
         self.assertEqual(stop(slam), 0)
         row = json.loads(robot.stdout)
+        self.assertGreater(row['poses'], 0.6 * row['images'])
         late = sorted(row['late_ms'])
         print('%d of %d poses came back, %.0f ms late in the median, %.0f ms at most; %d of %d packets were lost' % (
             row['poses'], row['images'], late[len(late) // 2], late[-1], sum(w.lost for w in self.link.ways),
             sum(w.lost + w.carried for w in self.link.ways)))
         with open(os.path.join(self.folder, 'slam_node.txt')) as output:
             self.assertNotIn('starting over', output.read())
-        self.assertGreater(row['poses'], 0.6 * row['images'])
         self.compare_with_truth(row['positions'])
 
     def compare_with_truth(self, positions):

@@ -73,7 +73,8 @@ class Localization {
     Initializer initializer;
     EarlyFrames early;                 // from before the first pose
     std::shared_ptr<const Map> below;  // whose ids a new map's are above; none: they begin with 0
-    std::optional<Rigid3> T_map_base;  // where a new map is to have its first frame; none: at its origin
+    std::optional<Rigid3>
+        T_map_base;  // where a new map is to have the frame that makes it; none: its first is the origin
   } beginning_;
   Tracker tracker_;
   struct Known {
