@@ -130,6 +130,7 @@ Expected<MapAlignment> Align(const std::vector<SharedPlace>& places) {
 }
 
 std::optional<std::string> Contradiction(const std::vector<PlaceTest>& tests) {
+  // Chosen by looking at drives of five simulated worlds, as AlignmentLimits.
   constexpr int kFewest = 5;           // that tell
   constexpr double kSeenShare = 0.15;  // in another light, and with furniture moved, much is not recognised
   constexpr double kSweepShare = 0.6;  // walls stay

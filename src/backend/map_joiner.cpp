@@ -45,7 +45,10 @@ Expected<std::optional<MapJunction>> MapJoiner::Try(const Map& snapshot, const s
   if (!snapshot.metric) return std::optional<MapJunction>();
   LookForNew(snapshot);
   const std::size_t known = found_.size() + meetings.size();
-  if (known < std::max<std::size_t>(AlignmentLimits::kFewest, tried_ + 1)) return std::optional<MapJunction>();
+  constexpr std::size_t kShare = 10;  // a tenth more than at the last try, which looked at the whole map
+  if (known < std::max<std::size_t>(AlignmentLimits::kFewest, tried_ + 1 + tried_ / kShare)) {
+    return std::optional<MapJunction>();
+  }
   tried_ = known;
   Expected<MapOverlap> overlap = OverlapOf(seeker_, snapshot, PlacesOf(snapshot, meetings), Silent);
   if (!overlap.ok()) return std::optional<MapJunction>();
@@ -53,7 +56,6 @@ Expected<std::optional<MapJunction>> MapJoiner::Try(const Map& snapshot, const s
   Expected<JoinedMap> joined = JoinAt(united, KeyframeId{known_->next_keyframe_id}, *overlap, context_, Silent);
   if (!joined.ok()) return joined.error();
   MapJunction junction;
-  junction.known = known_;
   junction.correction = CorrectionBetween(united, joined->map, std::move(joined->structure));
   junction.map = std::make_shared<const Map>(std::move(joined->map));
   junction.alignment = std::move(overlap->alignment);

@@ -20,6 +20,7 @@ struct MapAlignment {
   int apart = 0;                    // of them, those that stand for themselves: no two of one spot
 };
 
+// Distances and angles were chosen by looking at drives of five simulated worlds.
 struct AlignmentLimits {
   static constexpr int kFewest = 3;      // places apart from each other; one more than chance puts in a row
   static constexpr double kApart = 0.5;  // m...

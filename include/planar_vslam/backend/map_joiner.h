@@ -18,7 +18,6 @@ struct Meeting {
 };
 
 struct MapJunction {
-  std::shared_ptr<const Map> known;
   std::shared_ptr<const Map> map;  // both, in the frame of the known one
   MapCorrection correction;        // from the union of the known map and the snapshot to `map`
   MapAlignment alignment;

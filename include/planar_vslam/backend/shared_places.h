@@ -44,8 +44,6 @@ class PlaceSeeker {
   // Whether it was taken at about `T_known_base`.
   PlaceTest TestAt(KeyframeId id, const Keyframe& keyframe, const Rigid3& T_known_base) const;
 
-  const Map& known() const { return *known_; }
-
  private:
   struct LaserWord {
     bool has_sweeps = false, agrees = false;

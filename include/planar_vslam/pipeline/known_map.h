@@ -1,6 +1,6 @@
 #pragma once
-// The map that was loaded, for a drive that maps on its own because its camera saw nothing of it at the start: the drive's
-// images and sweeps go on being looked for in it.
+// The map that was loaded, for a drive that maps on its own because its camera saw nothing of it at the start: the
+// drive's images and sweeps go on being looked for in it.
 #include <memory>
 #include <optional>
 
@@ -10,7 +10,8 @@ namespace planar_vslam {
 
 class KnownMap {
  public:
-  // m driven, during which the camera has seen nothing of it, after which a drive begins a map of its own.
+  // m driven, during which the camera has seen nothing of it, after which a drive begins a map of its own: some
+  // twenty images, while a place that is known is found by the first few. Chosen, not fitted.
   static constexpr double kPatience = 0.5;
 
   // `localization` goes on from what it has gathered.
