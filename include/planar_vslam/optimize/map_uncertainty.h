@@ -49,8 +49,8 @@ class MapUncertainty {
   Eigen::Matrix3d CovarianceBetween(KeyframeId from, KeyframeId to) const;
   // Standard deviation of log(s), s the scale that fits the map to the true places p_k of its keyframes best:
   //   log s = sum (p_k - c)^T dp_k / sum |p_k - c|^2,   c their mean, dp_k the errors.
-  // Stretches of the map err by scales of their own: it is their mean's, and in it what is systematic. Nothing where all
-  // keyframes are at one place.
+  // Stretches of the map err by scales of their own: it is their mean's, and in it what is systematic. Nothing where
+  // all keyframes are at one place.
   std::optional<double> ScaleSigma() const;
 
  private:
