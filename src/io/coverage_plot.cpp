@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 
 #include "svg_panel.h"
 
@@ -38,24 +37,15 @@ Expected<bool> WriteCoveragePlot(const MapCoverage& coverage, const OccupancyGri
   const io::SvgPanel panel(kView, grid.origin.x(), std::max(end.x(), grid.origin.x() + grid.resolution),
                            grid.origin.y(), std::max(end.y(), grid.origin.y() + grid.resolution), true);
   constexpr double kPercent = 100.0, kTitleY = 26.0, kLegendY = 52.0, kTitleSize = 16.0, kLegendSize = 13.0;
-  std::string svg = fmt::format(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0:.0f}\" height=\"{1:.0f}\" viewBox=\"0 0 {0:.0f} {1:.0f}\" "
-      "font-family=\"sans-serif\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n",
-      kWidth, kHeight);
-  svg += io::SvgText(kView.left, kTitleY,
-                     fmt::format("{:.0f} % of places and headings can be localised", kPercent * coverage.Share()),
-                     "start", kTitleSize);
+  std::string svg = io::SvgText(
+      kView.left, kTitleY, fmt::format("{:.0f} % of places and headings can be localised", kPercent * coverage.Share()),
+      "start", kTitleSize);
   svg += io::SvgText(kView.left, kLegendY,
                      fmt::format("green ray: at least {} landmarks in view that way", MapCoverage::kEnough), "start",
                      kLegendSize);
   svg += panel.Cells(grid, Rigid2()) + panel.Axes("x [m]", "y [m]");
   for (const MapCoverage::Place& place : coverage.places) svg += StarAt(panel, place);
-  svg += "</svg>\n";
-  std::ofstream stream(path);
-  stream << svg;
-  stream.flush();
-  if (!stream) return Error{fmt::format("{}: cannot be written", path.string())};
-  return true;
+  return io::WriteSvg(svg, kWidth, kHeight, path);
 }
 
 }  // namespace planar_vslam

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <vector>
 
 #include "evaluation_pairs.h"
@@ -150,17 +149,9 @@ std::string TopViewOf(const Trajectory& estimate, const Trajectory& truth, const
 Expected<bool> WriteSvgPlot(const Trajectory& estimate, const Trajectory& truth, const TrajectoryErrors& errors,
                             const std::filesystem::path& path, const PlotLayers& layers) {
   if (truth.empty()) return Error{fmt::format("{}: no truth to plot", path.string())};
-  std::string svg = fmt::format(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0:.0f}\" height=\"{1:.0f}\" viewBox=\"0 0 {0:.0f} {1:.0f}\" "
-      "font-family=\"sans-serif\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n",
-      kWidth, kHeight);
-  svg += Heading(errors, layers) + TopViewOf(estimate, truth, errors, layers);
-  svg += ErrorOverTime(estimate, truth, errors.truth_from_estimate) + "</svg>\n";
-  std::ofstream stream(path);
-  stream << svg;
-  stream.flush();
-  if (!stream) return Error{fmt::format("{}: cannot be written", path.string())};
-  return true;
+  const std::string svg = Heading(errors, layers) + TopViewOf(estimate, truth, errors, layers) +
+                          ErrorOverTime(estimate, truth, errors.truth_from_estimate);
+  return io::WriteSvg(svg, kWidth, kHeight, path);
 }
 
 }  // namespace planar_vslam

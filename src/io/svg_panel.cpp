@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 
 namespace planar_vslam::io {
 namespace {
@@ -135,6 +136,18 @@ std::string SvgText(double x, double y, const std::string& text, const std::stri
   return fmt::format(
       "<text x=\"{:.2f}\" y=\"{:.2f}\" font-size=\"{:.0f}\" text-anchor=\"{}\" fill=\"#202020\">{}</text>\n", x, y,
       size_px, anchor, text);
+}
+
+Expected<bool> WriteSvg(const std::string& content, double width, double height, const std::filesystem::path& path) {
+  std::ofstream stream(path);
+  stream << fmt::format(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0:.0f}\" height=\"{1:.0f}\" viewBox=\"0 0 {0:.0f} {1:.0f}\" "
+      "font-family=\"sans-serif\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n",
+      width, height);
+  stream << content << "</svg>\n";
+  stream.flush();
+  if (!stream) return Error{fmt::format("{}: cannot be written", path.string())};
+  return true;
 }
 
 }  // namespace planar_vslam::io

@@ -1,9 +1,11 @@
 #pragma once
-// One set of axes in an SVG picture.
+// SVG pictures: a set of axes, text, and the file.
+#include <filesystem>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "planar_vslam/geometry/expected.h"
 #include "planar_vslam/geometry/rigid2.h"
 #include "planar_vslam/mapping2d/grid.h"
 
@@ -36,5 +38,8 @@ class SvgPanel {
 };
 
 std::string SvgText(double x, double y, const std::string& text, const std::string& anchor, double size_px);
+
+// A picture of that size in px, white, with `content` on it. Error: that the file cannot be written.
+Expected<bool> WriteSvg(const std::string& content, double width, double height, const std::filesystem::path& path);
 
 }  // namespace planar_vslam::io
