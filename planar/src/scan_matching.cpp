@@ -61,7 +61,9 @@ struct LineFit {
   Eigen::Vector2d normal = Eigen::Vector2d::UnitX();
 };
 
-ScanSurface SurfaceAt(const std::vector<Eigen::Vector2d>& points, std::size_t i, double sigma) {
+// The surface that beam i of a laser at `laser` has hit.
+ScanSurface SurfaceAt(const std::vector<Eigen::Vector2d>& points, std::size_t i, const Eigen::Vector2d& laser,
+                      double sigma) {
   const auto [first, last] = Neighborhood(points, i);
   const auto count = static_cast<double>(last - first + 1);
   ScanSurface surface{points[i], Eigen::Vector2d::Zero()};
@@ -76,13 +78,15 @@ ScanSurface SurfaceAt(const std::vector<Eigen::Vector2d>& points, std::size_t i,
   constexpr double kLong = 3.0;  // times as long as thick
   if (line.across > kFlat * sigma || line.along < kLong * std::max(line.across, 0.25 * sigma)) return surface;
   if (IsCurved(points, first, last, mean, line.normal, sigma)) return surface;
-  return {mean, line.normal};
+  const bool away = line.normal.dot(laser - mean) < 0.0;
+  return {mean, away ? Eigen::Vector2d(-line.normal) : line.normal};
 }
 
 // Reference points in square buckets, for the nearest one within a bucket's size.
 class PointGrid {
  public:
-  PointGrid(const std::vector<Eigen::Vector2d>& points, double least_cell) {
+  PointGrid(const PreparedScan& scan, double least_cell) {
+    const std::vector<Eigen::Vector2d>& points = scan.points;
     constexpr double kMaxCells = 256.0;  // per axis
     Eigen::Vector2d upper = points.front();
     origin_ = upper;
@@ -99,15 +103,18 @@ class PointGrid {
     std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
     std::vector<std::size_t> next(begin_.begin(), begin_.end() - 1);
     points_.resize(points.size());
+    normals_.resize(points.size());
     indices_.resize(points.size());
     for (std::size_t i = 0; i < points.size(); ++i) {
       const std::size_t slot = next[BucketOf(points[i])]++;
       points_[slot] = points[i];
+      normals_[slot] = scan.surfaces[i].normal;
       indices_[slot] = static_cast<int>(i);
     }
   }
-  // Index of the nearest point within `radius` <= cell; -1 where there is none.
-  int Nearest(const Eigen::Vector2d& p, double radius) const {
+  // Index of the nearest point within `radius` <= cell that is not on a wall's other side than a surface with `normal`;
+  // -1 where there is none.
+  int Nearest(const Eigen::Vector2d& p, const Eigen::Vector2d& normal, double radius) const {
     const Eigen::Vector2i cell = CellOf(p);
     const int first_row = std::max(cell.y() - 1, 0), last_row = std::min(cell.y() + 1, rows_ - 1);
     if (first_row > last_row) return -1;
@@ -118,7 +125,7 @@ class PointGrid {
       const std::size_t end = begin_[Bucket(column, last_row) + 1];
       for (std::size_t k = begin_[Bucket(column, first_row)]; k < end; ++k) {
         const double distance = (points_[k] - p).squaredNorm();
-        if (distance > best || (distance == best && nearest >= 0)) continue;
+        if (distance > best || (distance == best && nearest >= 0) || normals_[k].dot(normal) < 0.0) continue;
         best = distance;
         nearest = indices_[k];
       }
@@ -144,9 +151,10 @@ class PointGrid {
   Eigen::Vector2d origin_;  // m, corner of the first bucket
   double cell_;             // m
   int columns_ = 0, rows_ = 0;
-  std::vector<std::size_t> begin_;       // columns * rows + 1 offsets
-  std::vector<Eigen::Vector2d> points_;  // by bucket
-  std::vector<int> indices_;             // of points_
+  std::vector<std::size_t> begin_;        // columns * rows + 1 offsets
+  std::vector<Eigen::Vector2d> points_;   // by bucket
+  std::vector<Eigen::Vector2d> normals_;  // of points_
+  std::vector<int> indices_;              // of points_
 };
 
 // One Gauss-Newton step's sums, over the points within `radius` of a reference surface.
@@ -166,14 +174,13 @@ Normal Linearize(const PreparedScan& reference, const PointGrid& grid, const Pre
     ++sum.considered;
     const Eigen::Vector2d& q = current.surfaces[k].point;
     const Eigen::Vector2d p = T.translation + R * q;
-    const int nearest = grid.Nearest(p, radius);
+    const Eigen::Vector2d own = R * current.surfaces[k].normal;
+    const int nearest = grid.Nearest(p, own, radius);
     if (nearest < 0) continue;
     const ScanSurface& surface = reference.surfaces[static_cast<std::size_t>(nearest)];
-    constexpr double kSameSide = 0.5;  // cosine between the two normals, whichever way they point
-    const Eigen::Vector2d own = R * current.surfaces[k].normal;
-    const double cosine = surface.normal.dot(own);
-    if (surface.normal.isZero() || std::abs(cosine) < kSameSide) continue;
-    const Eigen::Vector2d normal = (surface.normal + (cosine < 0.0 ? -1.0 : 1.0) * own).normalized();
+    constexpr double kSameWay = 0.5;  // cosine between the two normals
+    if (surface.normal.isZero() || surface.normal.dot(own) < kSameWay) continue;
+    const Eigen::Vector2d normal = (surface.normal + own).normalized();
     const double e = normal.dot(p - surface.point);
     if (std::abs(e) >= tukey) continue;
     const double weight = std::pow(1.0 - (e / tukey) * (e / tukey), 2);
@@ -199,9 +206,10 @@ PreparedScan PrepareScan(const PlanarScan& scan, const Rigid3& T_frame_laser, co
     const Eigen::Vector3d p = T_frame_laser * Eigen::Vector3d(range * std::cos(angle), range * std::sin(angle), 0.0);
     prepared.points.emplace_back(p.head<2>());
   }
+  const Eigen::Vector2d laser = T_frame_laser.translation.head<2>();
   prepared.surfaces.reserve(prepared.points.size());
   for (std::size_t i = 0; i < prepared.points.size(); ++i) {
-    prepared.surfaces.push_back(SurfaceAt(prepared.points, i, options.range_sigma));
+    prepared.surfaces.push_back(SurfaceAt(prepared.points, i, laser, options.range_sigma));
   }
   return prepared;
 }
@@ -214,7 +222,7 @@ std::optional<ScanMatch> MatchScans(const PreparedScan& reference, const Prepare
   constexpr double kConverged = 0.03;  // of a standard deviation: directions nothing faces never quite settle
   constexpr double kShrink = 0.7;      // of the search radius, per iteration
   constexpr double kNear = 5.0;        // sigmas of a range within which a point counts as on a surface
-  const PointGrid grid(reference.points, options.max_offset);
+  const PointGrid grid(reference, options.max_offset);
   const double near = kNear * options.range_sigma;
   // Points between the reference's beams are up to half their spacing away along the surface.
   const double least_radius = std::max(near, 0.5 * kSurfaceRadius);

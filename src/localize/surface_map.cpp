@@ -15,12 +15,6 @@ constexpr double kSector = M_PI / 4.0;
 
 int FloorDivide(double value, double size) { return static_cast<int>(std::floor(value / size)); }
 
-// The same surface of the two sides of a thin wall has opposite normals. Which way a normal points is decided by where
-// the laser stood.
-Eigen::Vector2d FacingLaser(const ScanSurface& surface, const Eigen::Vector2d& laser) {
-  return (laser - surface.point).dot(surface.normal) < 0.0 ? Eigen::Vector2d(-surface.normal) : surface.normal;
-}
-
 // Furniture moves: fewer points than between two sweeps of one drive have to find their surface. What the map's
 // surfaces are off by is the same for many sweeps in a row, which do not average it out.
 ScanMatchOptions AgainstMap(ScanMatchOptions options) {
@@ -43,7 +37,8 @@ SurfaceMap::SurfaceMap(const std::vector<PosedSweep>& sweeps, const ScanMatchOpt
     const PreparedScan prepared = PrepareScan(*sweep.scan, T_map_laser, options_);
     for (const ScanSurface& surface : prepared.surfaces) {
       if (surface.normal.isZero()) continue;
-      const Eigen::Vector2d normal = FacingLaser(surface, T_map_laser.translation.head<2>());
+      // The two sides of a thin wall have opposite normals.
+      const Eigen::Vector2d& normal = surface.normal;
       const int sector = static_cast<int>(std::lround(std::atan2(normal.y(), normal.x()) / kSector)) & 7;
       auto& [sum, count] =
           sums[{FloorDivide(surface.point.x(), kSquare), FloorDivide(surface.point.y(), kSquare), sector}];

@@ -154,6 +154,24 @@ TEST_F(ScanMatchingTest, PillarsInACorridorDoNotPushForward) {
   EXPECT_LT(nees / matched, 1.5) << "along the corridor it claims no more than it knows";
 }
 
+// A robot that goes through a door sees one face of the wall before and the other one after.
+TEST_F(ScanMatchingTest, TheTwoFacesOfAWallAreNoOneSurface) {
+  constexpr double kThick = 0.1;  // m
+  std::vector<Segment> walls = Corridor();
+  for (const double side : {-1.0, 1.0}) {
+    const std::vector<Segment> jamb = Closed({{0, side}, {0, 0.6 * side}, {kThick, 0.6 * side}, {kThick, side}});
+    walls.insert(walls.end(), jamb.begin(), jamb.end());
+  }
+  for (int round = 0; round < 10; ++round) {
+    const Rigid2 T_world_a(-0.5 + Uniform(0.1), Uniform(0.1), M_PI / 2.0 + Uniform(0.1));
+    const Rigid2 T_world_b(0.6 + Uniform(0.1), Uniform(0.1), M_PI / 2.0 + Uniform(0.1));
+    const Rigid2 T_a_b = T_world_a.Inverse() * T_world_b;
+    const auto match = MatchScans(Prepared(walls, T_world_a), Prepared(walls, T_world_b), T_a_b, options_);
+    if (!match.has_value()) continue;  // right, too: few points are common
+    EXPECT_LT((match->T_reference_current.translation - T_a_b.translation).norm(), 0.03) << round;
+  }
+}
+
 TEST_F(ScanMatchingTest, SaysNothingWhereSweepsDoNotOverlap) {
   const std::vector<Segment> elsewhere = Closed({{-1, -4}, {0.4, -4}, {1.5, 0}, {0.2, 2.2}, {-0.9, 0.3}});
   EXPECT_FALSE(MatchScans(Prepared(Room(), Rigid2()), Prepared(elsewhere, Rigid2()), Rigid2(), options_).has_value());

@@ -4,9 +4,10 @@
 // neighbourhood, with a normal m_k. For the reference surface (mean s, normal n) nearest to T q_k:
 //   e_k = u^T (T q_k - s),  u = (n + R m_k) / |n + R m_k|,   T <- T Exp(d):  de_k/dd = u^T R [ I, J q_k ],
 //   J = [0 -1; 1 0], u held fixed in a step.
-// Means and both normals make a round pillar, of which each sweep sees the front, no obstacle to being right: the
-// curvature enters both surfaces alike and cancels.
-// minimised with Tukey weights. Covariance of a right perturbation [x, y, angle] at the result:
+// Normals point to where the laser stood: the two faces of a wall, which the robot sees before and after a door, are no
+// one surface. Means and both normals make a round pillar, of which each sweep sees the front, no obstacle to being
+// right: the curvature enters both surfaces alike and cancels. minimised with Tukey weights. Covariance of a right
+// perturbation [x, y, angle] at the result:
 //   C = 2 sigma^2 (sum w_k g_k g_k^T)^-1,  g_k = de_k/dd,  sigma the larger of the beams' and the
 //   residuals', of both sweeps;
 // directions no surface faces (a bare corridor's) come out as uncertain as they are.
@@ -47,8 +48,9 @@ struct ScanMatchOptions {
 
 // A sweep as matching wants it: the points it hit, in the frame asked for, and the surfaces they lie on.
 struct ScanSurface {
-  Eigen::Vector2d point = Eigen::Vector2d::Zero();   // mean of the neighbourhood
-  Eigen::Vector2d normal = Eigen::Vector2d::Zero();  // unit length; zero where the neighbourhood is no line
+  Eigen::Vector2d point = Eigen::Vector2d::Zero();  // mean of the neighbourhood
+  // Unit length, towards the laser; zero where the neighbourhood is no line.
+  Eigen::Vector2d normal = Eigen::Vector2d::Zero();
 };
 struct PreparedScan {
   std::vector<Eigen::Vector2d> points;  // in the order of the beams
