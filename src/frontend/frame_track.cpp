@@ -89,7 +89,7 @@ PosePrediction FrameTrack::Fixed(PosePrediction prediction) const {
 
 bool FrameTrack::FollowLastFrame() {
   if (!last_->tracked) return false;
-  if (SearchLastFrame()) return true;
+  if (SearchLastFrame() || SearchTipped()) return true;
   if (!prediction_.from_odometry || IsFixed()) return false;
   used_ = PredictWithoutOdometry();
   if (SearchLastFrame()) return true;
@@ -111,6 +111,50 @@ bool FrameTrack::SearchLastFrame() {
     if (result_.matches.count >= kEnoughMatches && Optimize()) return true;
   }
   return false;
+}
+
+// Wheels know nothing of a ramp or sill that tips the base between two images. The camera is turned about its own x
+// axis by as much as all it sees has moved, and what that changes of height, roll and pitch is part of their
+// covariance.
+bool FrameTrack::SearchTipped() {
+  const std::optional<double> drop = FindDrop();
+  if (drop.has_value()) {
+    const Eigen::Vector3d turn(std::atan(*drop / view_.camera.fy), 0.0, 0.0);
+    const Rigid3 T_map_camera = prediction_.T_map_base * view_.T_base_camera;
+    used_.T_map_base = T_map_camera * Rigid3(ExpSo3(turn), Eigen::Vector3d::Zero()) * view_.T_base_camera.Inverse();
+    const Eigen::Vector3d tipped = LogSe3(prediction_.T_map_base.Inverse() * used_.T_map_base)(kFloorRows);
+    used_.covariance(kFloorRows, kFloorRows) += tipped * tipped.transpose();
+    if (SearchLastFrame()) return true;
+  }
+  used_ = prediction_;
+  return false;
+}
+
+std::optional<double> FrameTrack::FindDrop() {
+  constexpr double kSteepest = DegreesToRadians(10.0);
+  constexpr double kRatio = 0.75;   // a wide window shows many that look alike: strict
+  constexpr int kMaxDistance = 60;  // bits, likewise
+  constexpr std::size_t kEnough = 15;
+  result_.matches = FrameMatches{};
+  result_.T_map_base = prediction_.T_map_base;
+  Match(last_->landmarks, {view_.camera.fy * std::tan(kSteepest), kMaxDistance, kRatio});
+  const Rigid3 T_camera_map = (prediction_.T_map_base * view_.T_base_camera).Inverse();
+  std::vector<double> drops;
+  for (std::size_t i = 0; i < result_.matches.landmarks.size(); ++i) {
+    if (!result_.matches.landmarks[i].valid()) continue;
+    const Eigen::Vector3d p_camera = T_camera_map * map_.landmarks.At(result_.matches.landmarks[i]).p_map;
+    drops.push_back(view_.features->keypoints[i].pixel.cast<double>().y() -
+                    view_.camera.ProjectUndistorted(p_camera).y());
+  }
+  if (drops.size() < kEnough) return std::nullopt;
+  const auto middle = drops.begin() + static_cast<std::ptrdiff_t>(drops.size() / 2);
+  std::nth_element(drops.begin(), middle, drops.end());
+  const double median = *middle;
+  const auto near = std::count_if(drops.begin(), drops.end(), [&](double drop) {
+    return std::abs(drop - median) < context_.options.frame_search_radius;
+  });
+  const bool most = 2 * static_cast<std::size_t>(near) > drops.size() && static_cast<std::size_t>(near) >= kEnough;
+  return most ? std::optional<double>(median) : std::nullopt;
 }
 
 bool FrameTrack::SearchAroundPrediction() {

@@ -32,7 +32,8 @@ class FrameTrack {
   // Whether the laser tells the pose by itself. What the camera says otherwise stands on something that was moved.
   bool IsFixed() const { return input_.fix.has_value() && input_.fix->complete; }
 
-  // Landmarks of the last frame around the prediction; then, after a large slip, around where the motion so far leads.
+  // Landmarks of the last frame around the prediction; then, at the foot of a ramp, higher or lower in the image; then,
+  // after a large slip, around where the motion so far leads.
   bool FollowLastFrame();
   // The map around odometry's prediction, window by its covariance, where vision agrees with it.
   bool SearchAroundPrediction();
@@ -63,6 +64,9 @@ class FrameTrack {
   // With the fix, where there is one.
   PosePrediction Fixed(PosePrediction prediction) const;
   bool SearchLastFrame();
+  bool SearchTipped();
+  // By how much the landmarks of the last frame stand lower in the image than predicted, px, where most agree on it.
+  std::optional<double> FindDrop();
   // `candidates` among the keypoints, from the pose so far; added to the matches.
   void Match(const std::vector<LandmarkId>& candidates, const ProjectionSearchOptions& search);
   bool Optimize();

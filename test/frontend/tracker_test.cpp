@@ -213,7 +213,7 @@ TEST_P(TrackerSillTest, HidesNoSlip) {
   EXPECT_TRUE(TrackOnSill(0.4, Rigid2(0.1, 0.0, 0.0)).odometry_rejected);
 }
 
-INSTANTIATE_TEST_SUITE_P(Pitches, TrackerSillTest, ::testing::Values(-0.04, 0.04));
+INSTANTIATE_TEST_SUITE_P(Pitches, TrackerSillTest, ::testing::Values(-0.12, -0.04, 0.04, 0.12));
 
 TEST_F(TrackerTest, ContinuesWhenTheMapIsScaled) {
   map_.metric = false;
