@@ -6,15 +6,21 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <cerrno>
+#include <system_error>
+
 namespace planar_vslam::io {
 
 MappedFile::MappedFile(const std::filesystem::path& path) : memory_(MAP_FAILED) {
   const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
   struct stat status {};
-  if (file >= 0 && fstat(file, &status) == 0 && status.st_size > 0) {
+  const bool opened = file >= 0 && fstat(file, &status) == 0;
+  if (opened && status.st_size > 0) {
     size_ = static_cast<std::size_t>(status.st_size);
     memory_ = mmap(nullptr, size_, PROT_READ, MAP_PRIVATE, file, 0);
   }
+  const bool empty = opened && status.st_size == 0;
+  if (memory_ == MAP_FAILED && !empty) problem_ = std::error_code(errno, std::generic_category()).message();
   if (file >= 0) close(file);
 }
 

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <filesystem>
 #include <stdexcept>
+#include <string>
 #include <string_view>
 
 namespace planar_vslam::io {
@@ -14,7 +15,12 @@ struct BadBag : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// Read only; empty where it cannot be read.
+// A whole file of a kind that is not read.
+struct OtherBag : BadBag {
+  using BadBag::BadBag;
+};
+
+// Read only; empty where it cannot be read, and `problem` says why.
 class MappedFile {
  public:
   explicit MappedFile(const std::filesystem::path& path);
@@ -22,9 +28,11 @@ class MappedFile {
   MappedFile(const MappedFile&) = delete;
   MappedFile& operator=(const MappedFile&) = delete;
   std::string_view bytes() const;
+  const std::string& problem() const { return problem_; }  // the system's words: Permission denied
 
  private:
   void* memory_;
+  std::string problem_;
   std::size_t size_ = 0;
 };
 

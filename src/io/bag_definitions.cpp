@@ -1,7 +1,10 @@
+#include <fmt/format.h>
+
 #include <array>
 #include <set>
 
 #include "bag_sink.h"
+#include "bag_topics.h"
 
 namespace planar_vslam::io {
 namespace {
@@ -62,7 +65,18 @@ void AppendParts(const std::string& fields, std::set<std::string>* done, std::st
   }
 }
 
+constexpr const char* kForever = "{sec: 9223372036, nsec: 854775807}";
+
 }  // namespace
+
+std::string OfferedQos(const std::string& topic) {
+  if (!IsStaticTf(topic)) return "";
+  // The numbers of rmw: keep last, reliable, transient local, automatic.
+  return fmt::format(
+      "- history: 1\n  depth: 1\n  reliability: 1\n  durability: 1\n  deadline: {0}\n  lifespan: {0}\n"
+      "  liveliness: 1\n  liveliness_lease_duration: {0}\n  avoid_ros_namespace_conventions: false\n",
+      kForever);
+}
 
 std::string Ros2Definition(const std::string& type) {
   std::string text = FieldsOf(type);

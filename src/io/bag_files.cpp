@@ -17,27 +17,31 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// By how it begins, or, where that is damaged, by its name.
-template <class Open>
-bool Is(const fs::path& path, std::string_view magic, const char* extension, Open* open, Open function) {
-  if (MappedFile(path).bytes().substr(0, magic.size()) != magic && path.extension() != extension) return false;
-  *open = function;
-  return true;
-}
-
-// The function that opens a file of ROS 2; nothing for others.
-auto OpenerOf(const fs::path& path) {
+// The function that opens a file of ROS 2; nothing for others. By how it begins, or, where that is damaged, by its
+// name.
+auto OpenerOf(const fs::path& path, std::string_view bytes) {
+  const auto is = [&](std::string_view magic, const char* extension) {
+    return bytes.substr(0, magic.size()) == magic || path.extension() == extension;
+  };
   std::unique_ptr<MessageSource> (*open)(const fs::path&) = nullptr;
-  if (!Is(path, kMcapMagic, ".mcap", &open, &OpenMcap)) Is(path, kSqliteMagic, ".db3", &open, &OpenSqliteBag);
+  if (is(kMcapMagic, ".mcap")) {
+    open = &OpenMcap;
+  } else if (is(kSqliteMagic, ".db3")) {
+    open = &OpenSqliteBag;
+  }
   return open;
 }
 
 std::optional<Error> OpenBag(const fs::path& path, Bags* bags) {
-  const std::string_view packed = ".zstd";
-  if (path.extension() == packed) {
+  if (IsPackedBag(path)) {
     return Error{fmt::format("{}: compressed as a whole; expected it unpacked, as `zstd -d` does", path.string())};
   }
-  if (const auto open = OpenerOf(path)) {
+  const MappedFile file(path);
+  if (!file.problem().empty()) {
+    return Error{
+        fmt::format("{}: cannot be read: {}; expected a file that may be read", path.string(), file.problem())};
+  }
+  if (const auto open = OpenerOf(path, file.bytes())) {
     try {
       bags->sources.push_back(open(path));
     } catch (const BadBag& bad) {

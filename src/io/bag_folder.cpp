@@ -14,14 +14,22 @@ namespace fs = std::filesystem;
 constexpr const char* kMetadata = "metadata.yaml";
 constexpr const char* kInformation = "rosbag2_bagfile_information";
 
+// The file itself, or what it was unpacked to where that lies beside it.
+fs::path UnpackedFile(const fs::path& file) {
+  if (!IsPackedBag(file)) return file;
+  std::error_code ignored;
+  fs::path unpacked = file.parent_path() / file.stem();
+  return fs::exists(unpacked, ignored) ? unpacked : file;
+}
+
 // In the order of their names, which recorders number.
 std::vector<fs::path> FilesOf(const fs::path& folder) {
   std::vector<fs::path> files;
   std::error_code ignored;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
-    std::string name = entry.path().extension().string();
-    if (name == ".zstd") name = entry.path().stem().extension().string();
-    if (name == ".mcap" || name == ".db3") files.push_back(entry.path());
+    const fs::path& file = entry.path();
+    const fs::path kind = (IsPackedBag(file) ? file.stem() : file).extension();
+    if ((kind == ".mcap" || kind == ".db3") && UnpackedFile(file) == file) files.push_back(file);
   }
   // x_9 before x_10.
   std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
@@ -42,7 +50,7 @@ Expected<std::vector<fs::path>> FilesOfMetadata(const fs::path& folder) {
     }
     for (const YAML::Node& name : named) {
       // Early recorders put the folder's name in front.
-      const fs::path path = folder / fs::path(name.as<std::string>()).filename();
+      const fs::path path = UnpackedFile(folder / fs::path(name.as<std::string>()).filename());
       std::error_code ignored;
       if (!fs::exists(path, ignored)) {
         return Error{fmt::format("{}: names {}, which is not beside it", metadata, path.filename().string())};
@@ -56,6 +64,8 @@ Expected<std::vector<fs::path>> FilesOfMetadata(const fs::path& folder) {
 }
 
 }  // namespace
+
+bool IsPackedBag(const fs::path& path) { return path.extension() == ".zstd"; }
 
 bool IsBagFolder(const fs::path& path) {
   std::error_code ignored;

@@ -50,7 +50,8 @@ Record TakeRecord(std::string_view* rest) {
 
 void McapFile::Walk() {
   std::string_view rest = file_.bytes();
-  if (rest.substr(0, kMcapMagic.size()) != kMcapMagic) throw BadBag{"does not start with MCAP's magic"};
+  if (rest.substr(0, kMcapMagic.size()) != kMcapMagic)
+    throw BadBag{"does not start with MCAP's magic; expected an .mcap file as ROS 2 records it"};
   rest.remove_prefix(kMcapMagic.size());
   while (WalkRecord(&rest)) {
   }
@@ -81,8 +82,13 @@ bool McapFile::WalkRecord(std::string_view* rest) {
     } else {
       Add(record.type, record.content, kNoChunk, position);
     }
+  } catch (const OtherBag&) {
+    throw;
   } catch (const BadBag& bad) {
-    throw BadBag{fmt::format("damaged in the record at byte {}: {}", position, bad.what())};
+    throw BadBag{
+        fmt::format("damaged in the record at byte {}: {}; expected an intact file (`mcap recover` keeps what is "
+                    "left of it)",
+                    position, bad.what())};
   }
   return record.type != McapRecord::kFooter;
 }

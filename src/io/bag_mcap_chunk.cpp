@@ -49,7 +49,7 @@ std::string Unpack(std::string_view packed, std::string_view compression, std::u
   } else if (compression == "lz4") {
     bytes = UnpackLz4(packed, size);
   } else {
-    throw BadBag{fmt::format("a chunk is compressed by '{}'; expected zstd, lz4 or none", compression)};
+    throw BadBag{fmt::format("a chunk is compressed by '{}', not by zstd, lz4 or nothing", compression)};
   }
   if (bytes.size() != size) throw BadBag{"a chunk unpacks to another length than it says"};
   return bytes;

@@ -109,7 +109,12 @@ McapWriter::Channel& McapWriter::ChannelOf(const std::string& topic, const std::
   Put(id, &channel.channel);
   PutBlock(topic, &channel.channel);
   PutBlock("cdr", &channel.channel);
-  Put(std::uint32_t{0}, &channel.channel);  // no further metadata
+  std::string metadata;
+  if (const std::string qos = OfferedQos(topic); !qos.empty()) {
+    PutBlock("offered_qos_profiles", &metadata);
+    PutBlock(qos, &metadata);
+  }
+  PutBlock(metadata, &channel.channel);
   PutRecord(McapRecord::kSchema, channel.schema, &chunk_);
   PutRecord(McapRecord::kChannel, channel.channel, &chunk_);
   return channels_.emplace(topic, std::move(channel)).first->second;

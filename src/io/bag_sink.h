@@ -33,6 +33,9 @@ std::unique_ptr<MessageSink> CreateSink(const std::filesystem::path& path);
 
 // The definition of a message type with all it is made of, as ROS 2 writes it into MCAP files.
 std::string Ros2Definition(const std::string& type);
+// What ROS 2 offers a topic with when it is played, as its recorder writes it; empty for the usual. Without it nobody
+// who comes late would hear /tf_static.
+std::string OfferedQos(const std::string& topic);
 // sensor_msgs/msg/Image for sensor_msgs/Image.
 std::string Ros2Type(const std::string& type);
 

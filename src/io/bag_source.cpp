@@ -23,7 +23,7 @@ std::optional<SourceTopic> ToSourceTopic(std::string_view name, std::string_view
   if (ros1_type == "tf/tfMessage") ros1_type = "tf2_msgs/TFMessage";  // what the first tf called the same
   if (std::find(kTypes.begin(), kTypes.end(), ros1_type) == kTypes.end()) return std::nullopt;
   if (encoding != "cdr" && encoding != "ros1") {
-    throw BadBag{fmt::format("messages on {} are encoded as '{}'; expected cdr or ros1", name, encoding)};
+    throw OtherBag{fmt::format("messages on {} are encoded as '{}'; expected cdr or ros1", name, encoding)};
   }
   return SourceTopic{std::string(name), ros1_type, encoding == "cdr" ? MessageEncoding::kCdr : MessageEncoding::kRos1};
 }

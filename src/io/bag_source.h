@@ -45,8 +45,8 @@ class MessageSource {
   Contents contents;
 };
 
-// Nothing for a type that is not read, in ROS 1's spelling or ROS 2's (sensor_msgs/msg/Image). Throws BadBag where one
-// that is read has an encoding (cdr, ros1) that is not.
+// Nothing for a type that is not read, in ROS 1's spelling or ROS 2's (sensor_msgs/msg/Image). Throws OtherBag where
+// one that is read has an encoding (cdr, ros1) that is not.
 std::optional<SourceTopic> ToSourceTopic(std::string_view name, std::string_view type, std::string_view encoding);
 
 // The decompressed bytes of a zstd frame, which has to say how many; throws BadBag.

@@ -25,10 +25,7 @@ class SqliteFile : public MessageSource {
 
  private:
   using Statement = std::unique_ptr<sqlite3_stmt, Close>;
-  [[noreturn]] void Fail() const {
-    throw BadBag{fmt::format("{}; expected the tables topics and messages of a ROS 2 recording",
-                             sqlite3_errmsg(database_.get()))};
-  }
+  [[noreturn]] void Fail() const;
   Statement Prepare(const char* query) const;
   // Whether there is a next row.
   bool Step(const Statement& statement) const;
@@ -41,13 +38,40 @@ class SqliteFile : public MessageSource {
   std::string bytes_, unpacked_;
 };
 
+// Where nothing waits beside the file to be put into it, it is said not to change: SQLite then writes nothing beside
+// it, which it may not where recordings are kept read-only.
+std::string Uri(const std::filesystem::path& path) {
+  std::string uri = "file:";
+  for (const char c : std::filesystem::absolute(path).string()) {
+    const bool special = c == '%' || c == '?' || c == '#';
+    uri += special ? fmt::format("%{:02x}", static_cast<int>(c)) : std::string(1, c);
+  }
+  std::error_code ignored;
+  for (const char* beside : {"-wal", "-journal"}) {
+    if (std::filesystem::exists(path.string() + beside, ignored)) return uri;
+  }
+  return uri + "?immutable=1";
+}
+
 SqliteFile::SqliteFile(const std::filesystem::path& path) {
   sqlite3* opened = nullptr;
-  const int result = sqlite3_open_v2(path.c_str(), &opened, SQLITE_OPEN_READONLY, nullptr);
+  const int result = sqlite3_open_v2(Uri(path).c_str(), &opened, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, nullptr);
   database_.reset(opened);
   if (result != SQLITE_OK) Fail();
   ReadTopics();
   ReadMessages();
+}
+
+void SqliteFile::Fail() const {
+  const char* why = sqlite3_errmsg(database_.get());
+  const int code = sqlite3_errcode(database_.get());
+  if (code == SQLITE_CORRUPT || code == SQLITE_NOTADB) {
+    throw BadBag{
+        fmt::format("damaged or cut off: {}; expected an intact file (`sqlite3 FILE .recover` keeps what is left "
+                    "of it)",
+                    why)};
+  }
+  throw BadBag{fmt::format("{}; expected the tables topics and messages of a ROS 2 recording", why)};
 }
 
 SqliteFile::Statement SqliteFile::Prepare(const char* query) const {
@@ -111,7 +135,9 @@ std::string_view SqliteFile::Bytes(const SourceMessage& message, std::size_t lim
   const auto size = static_cast<std::size_t>(sqlite3_blob_bytes(opened));
   const auto read = [this, opened](std::size_t count) {
     bytes_.resize(count);
-    if (sqlite3_blob_read(opened, bytes_.data(), static_cast<int>(count), 0) != SQLITE_OK) Fail();
+    if (sqlite3_blob_read(opened, bytes_.data(), static_cast<int>(count), 0) != SQLITE_OK) {
+      throw BadBag{sqlite3_errmsg(database_.get())};
+    }
   };
   read(std::min(size, std::max(limit, kToTell)));
   if (IsZstd(bytes_)) read(size);

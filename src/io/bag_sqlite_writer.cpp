@@ -33,7 +33,7 @@ class SqliteWriter : public MessageSink {
     Check(result == SQLITE_OK);
     Run(kTables);
     add_topic_ = Prepare(
-        "INSERT INTO topics(id, name, type, serialization_format, offered_qos_profiles) VALUES(?, ?, ?, 'cdr', '')");
+        "INSERT INTO topics(id, name, type, serialization_format, offered_qos_profiles) VALUES(?, ?, ?, 'cdr', ?)");
     add_message_ = Prepare("INSERT INTO messages(topic_id, timestamp, data) VALUES(?, ?, ?)");
   }
   void Write(const std::string& topic, const std::string& type, std::int64_t recorded, std::string_view data) override {
@@ -66,8 +66,11 @@ class SqliteWriter : public MessageSink {
     const auto id = static_cast<std::int64_t>(topics_.size()) + 1;
     topics_.emplace(topic, id);
     sqlite3_bind_int64(add_topic_.get(), 1, id);
-    sqlite3_bind_text(add_topic_.get(), 2, topic.data(), static_cast<int>(topic.size()), SQLITE_TRANSIENT);
-    sqlite3_bind_text(add_topic_.get(), 3, type.data(), static_cast<int>(type.size()), SQLITE_TRANSIENT);
+    const std::string qos = OfferedQos(topic);
+    int column = 2;
+    for (const std::string* text : {&topic, &type, &qos}) {
+      sqlite3_bind_text(add_topic_.get(), column++, text->data(), static_cast<int>(text->size()), SQLITE_TRANSIENT);
+    }
     Insert(add_topic_.get());
     return id;
   }

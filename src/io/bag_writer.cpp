@@ -12,6 +12,7 @@
 
 #include "bag_cdr.h"
 #include "bag_sink.h"
+#include "bag_topics.h"
 #include "planar_vslam/io/value_messages.h"
 #include "planar_vslam/sensor/jpeg.h"
 
@@ -42,6 +43,17 @@ geometry_msgs::TransformStamped Transform(const ros::Time& stamp, const std::str
   return message;
 }
 
+// Latched where who comes late while the bag is played has to hear it; else nothing, which is rosbag's own.
+template <class Message>
+boost::shared_ptr<ros::M_string> HeaderOf(const std::string& topic) {
+  if (!io::IsStaticTf(topic)) return nullptr;
+  namespace traits = ros::message_traits;
+  return boost::make_shared<ros::M_string>(ros::M_string{{"type", traits::datatype<Message>()},
+                                                         {"md5sum", traits::md5sum<Message>()},
+                                                         {"message_definition", traits::definition<Message>()},
+                                                         {"latching", "1"}});
+}
+
 }  // namespace
 
 struct BagWriter::Impl {
@@ -58,7 +70,7 @@ struct BagWriter::Impl {
     if (error.has_value()) return;
     try {
       if (sink == nullptr) {
-        bag.write(topic, time, message);
+        bag.write(topic, time, message, HeaderOf<Message>(topic));
         return;
       }
       io::CdrWriter writer;

@@ -123,6 +123,16 @@ TEST_P(BagErrors, FilesThatAreNoBagsAreErrors) {
   ExpectInError(OpenError(RobotBag(), options), {"drive.", "dataset folder"});
 }
 
+TEST_P(BagErrors, WhatMayNotBeReadIsSaid) {
+  const fs::path path = RobotBag();
+  {
+    const AsReader reader(path);
+    EXPECT_EQ(OpenError(path), "");
+  }
+  const AsReader reader(path, fs::perms::none);
+  ExpectInError(OpenError(path), {"drive.", "cannot be read: Permission denied"});
+}
+
 std::string Contents(const fs::path& path) {
   std::ifstream stream(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};

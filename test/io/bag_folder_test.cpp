@@ -67,12 +67,35 @@ TEST_F(BagFolder, FilesPackedAsAWholeAreNamedWithWhatUnpacksThem) {
   ExpectInError(OpenError(folder), {"drive_1.mcap.zstd", "zstd -d"});
 }
 
+TEST_F(BagFolder, WhatWasUnpackedIsReadWhereverThePackedFileIsLeft) {
+  const fs::path folder = Folder();
+  for (const bool named : {false, true}) {
+    for (const bool kept : {true, false}) {
+      fs::remove(folder / "metadata.yaml");
+      if (named) WriteMetadata({"drive_0.mcap.zstd", "drive_1.mcap.zstd"});
+      for (const char* name : {"drive_0.mcap.zstd", "drive_1.mcap.zstd"}) {
+        fs::remove(folder / name);
+        if (kept) WriteText(folder / name, "packed");
+      }
+      const Replay replay = Play(folder);
+      EXPECT_EQ(replay.error, "");
+      EXPECT_EQ(replay.images.size(), 10U);
+      EXPECT_TRUE(replay.skipped.empty()) << "nothing comes twice";
+    }
+  }
+}
+
 TEST_F(BagFolder, RosbagsAndRecordingsOfRos2AreNotMixed) {
   const fs::path folder = Folder();
   { BagWriter(folder / "x.bag").PutInfo(); }
   const auto mixed = OpenRecording(std::vector<fs::path>{folder / "x.bag", folder / "drive_0.mcap"}, {});
   ASSERT_FALSE(mixed.ok());
   ExpectInError(mixed.error().message, {"x.bag", "one kind"});
+}
+
+TEST_F(BagFolder, RosbagsInAFolderAreAskedForByName) {
+  const fs::path folder = Folder(".bag");
+  ExpectInError(OpenError(folder), {folder.string() + ": a folder of rosbags", folder.string() + "/*.bag"});
 }
 
 TEST_F(BagFolder, ADatasetFolderStaysOne) {

@@ -47,6 +47,18 @@ TEST_F(SqliteBag, FilesThatAreNoDatabasesAreErrors) {
   }
 }
 
+TEST_F(SqliteBag, ARecordingThatWasCutOffSaysSo) {
+  const fs::path path = Camera();
+  fs::resize_file(path, fs::file_size(path) / 2);
+  ExpectInError(OpenError(path), {"drive.db3", "cut off", "sqlite3 FILE .recover"});
+}
+
+TEST_F(SqliteBag, AJournalledRecordingIsReadWhereNothingMayBeWritten) {
+  const fs::path path = Camera("PRAGMA journal_mode = WAL; DELETE FROM messages WHERE id = 2");
+  const AsReader reader(path);
+  EXPECT_EQ(Play(path).images.size(), 9U) << OpenError(path);
+}
+
 TEST_F(SqliteBag, RowsWithoutBytesAreCounted) {
   const Replay replay =
       Play(Camera("UPDATE messages SET data = 'text' WHERE id = 3;"

@@ -8,6 +8,7 @@
 #include <sensor_msgs/Image.h>
 #include <sensor_msgs/LaserScan.h>
 #include <tf2_msgs/TFMessage.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <string>
@@ -130,6 +131,33 @@ class BagWriter {
  private:
   std::unique_ptr<io::MessageSink> sink_;
   rosbag::Bag bag_;
+};
+
+// While it lives, whoever runs the tests, root too, may not write a file and its folder, and read it as `file` says.
+class AsReader {
+ public:
+  explicit AsReader(const std::filesystem::path& path, std::filesystem::perms file = kAllRead)
+      : folder_(path.parent_path()) {
+    std::filesystem::permissions(path, file);
+    std::filesystem::permissions(folder_, kAllRead | kAllSearch);
+    constexpr uid_t kNobody = 65534;
+    was_root_ = geteuid() == 0 && seteuid(kNobody) == 0;
+  }
+  ~AsReader() {
+    const bool back = !was_root_ || seteuid(0) == 0;
+    EXPECT_TRUE(back);
+    std::filesystem::permissions(folder_, std::filesystem::perms::owner_all);
+  }
+  AsReader(const AsReader&) = delete;
+  AsReader& operator=(const AsReader&) = delete;
+
+ private:
+  static constexpr auto kAllRead =
+      std::filesystem::perms::owner_read | std::filesystem::perms::group_read | std::filesystem::perms::others_read;
+  static constexpr auto kAllSearch =
+      std::filesystem::perms::owner_exec | std::filesystem::perms::group_exec | std::filesystem::perms::others_exec;
+  std::filesystem::path folder_;
+  bool was_root_ = false;
 };
 
 // Each of its tests runs with every kind of file: what is right for one is right for all.

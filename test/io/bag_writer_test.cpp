@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <map>
 #include <sstream>
 
+#include "bag_sink.h"
 #include "planar_vslam/io/recording.h"
 #include "recording_testing.h"
 #include "support/support.h"
@@ -101,6 +103,27 @@ TEST(BagWriter, EveryKindOfBagIsTheSameDrive) {
     }
     ASSERT_EQ(replay.scans.size(), usual.scans.size());
     EXPECT_EQ(replay.scans[3].scan.ranges, usual.scans[3].scan.ranges);
+  }
+}
+
+// Whoever plays one and listens later hears /tf_static, which is sent once.
+TEST(BagWriter, StaticTransformsAreKeptForWhoComesLate) {
+  const test::TemporaryFolder folder;
+  const std::map<std::string, std::string> marks{
+      {".bag", "latching=1"}, {".mcap", "durability: 1"}, {".db3", "durability: 1"}};
+  for (const auto& [kind, mark] : marks) {
+    const fs::path path = folder.path() / ("drive" + kind);
+    if (kind == ".mcap") {
+      const auto sink = io::CreateMcap(path, {false, "", false});
+      sink->Write("/odom", "nav_msgs/Odometry", 0, "");
+      sink->Write("/tf_static", "tf2_msgs/TFMessage", 0, "");
+      sink->Close();
+    } else {
+      WriteDrive(path, SomeRobot());
+    }
+    const std::string bytes = Contents(path);
+    EXPECT_NE(bytes.find(mark), std::string::npos) << kind;
+    EXPECT_EQ(io::OfferedQos("/odom"), "");
   }
 }
 

@@ -11,11 +11,9 @@ namespace fs = std::filesystem;
 namespace io {
 
 Expected<std::unique_ptr<Recording>> OpenBagRecording(const std::vector<fs::path>& paths, const RecordingOptions&) {
-  return Error{
-      fmt::format("{}: expected a folder: this build is without ROS and does not read bags", paths.front().string())};
+  return Error{fmt::format("{}: a bag, which this build without ROS does not read; expected a dataset folder",
+                           paths.front().string())};
 }
-
-bool IsBagFolder(const fs::path&) { return false; }
 
 }  // namespace io
 
