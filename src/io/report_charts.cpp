@@ -182,4 +182,42 @@ std::string CovarianceChart(const RunPicture& run) {
                  panel.Line(turn, kLoop, 1.5));
 }
 
+std::string ScaleChart(const RunPicture& run) {
+  constexpr double kShown = 5.0;  // %: what is known worse says nothing that the picture could show
+  const std::tuple<const std::vector<ScalePoint>*, const char*, const char*> sources[] = {
+      {&run.floor, kTruth, "floor"},
+      {&run.wheels, kOdometry, "wheels"},
+      {&run.laser, kLoop, "laser"},
+      {&run.together, kEstimate, "together +- 1 sigma"}};
+  Range driven, off;
+  std::vector<std::pair<const char*, std::string>> legend;
+  std::vector<std::pair<Points, const char*>> lines;
+  for (const auto& [source, color, name] : sources) {
+    Points line;
+    for (const ScalePoint& point : *source) {
+      if (point.sigma > kShown) continue;
+      line.emplace_back(point.driven, point.off);
+      driven.Add(point.driven), off.Add(point.off - point.sigma), off.Add(point.off + point.sigma);
+    }
+    if (line.size() < 2) continue;
+    legend.emplace_back(color, name);
+    lines.emplace_back(std::move(line), color);
+  }
+  if (lines.empty() || driven.high <= driven.low) return "";
+  constexpr double kHeight = 240.0, kLeast = 0.1;  // px, %
+  const double middle = 0.5 * (off.low + off.high), half = 0.55 * std::max(kLeast, off.high - off.low);
+  const PixelBox box{kLeft, 28.0, kWidth - kLeft - kRight, kHeight - 76.0};
+  const SvgPanel panel(box, driven.low, driven.high, middle - half, middle + half, false);
+  std::string svg = Legend(legend) + panel.Axes("driven [m]", "map is short by [%]");
+  for (const auto& [line, color] : lines) svg += panel.Line(line, color, 1.5);
+  for (const double side : {-1.0, 1.0}) {
+    Points bound;
+    for (const ScalePoint& point : run.together) {
+      if (point.sigma <= kShown) bound.emplace_back(point.driven, point.off + side * point.sigma);
+    }
+    svg += panel.Line(bound, kEstimate, 0.5);
+  }
+  return Svg(kHeight, "what the sources of scale say over the distance driven", svg);
+}
+
 }  // namespace planar_vslam::io

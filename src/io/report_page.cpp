@@ -201,6 +201,27 @@ Expected<bool> AddOdometry(const fs::path& path, io::RunPicture* run) {
   return true;
 }
 
+std::vector<io::ScalePoint> ScaleOf(const Json& history, const char* source) {
+  constexpr double kPercent = 100.0;
+  std::vector<io::ScalePoint> points;
+  const Json driven = history.value("driven_meters", Json::array()), said = history.value(source, Json::array());
+  for (std::size_t i = 0; i < std::min(driven.size(), said.size()); ++i) {
+    if (!said[i].is_array() || said[i].size() != 2) continue;
+    points.push_back(
+        {driven[i].get<double>(), kPercent * said[i][0].get<double>(), kPercent * said[i][1].get<double>()});
+  }
+  return points;
+}
+
+void AddScale(const Json& report, io::RunPicture* run) {
+  const Json scale = report.value("scale", Json());
+  const Json history = scale.is_object() ? scale.value("history", Json::object()) : Json::object();
+  run->together = ScaleOf(history, "together");
+  run->wheels = ScaleOf(history, "wheels");
+  run->laser = ScaleOf(history, "laser");
+  run->floor = ScaleOf(history, "floor");
+}
+
 Expected<io::RunPicture> ReadRun(const ReportInput& input, const Json& report) {
   io::RunPicture run;
   const auto read = [&input](const char* name, Trajectory* into) -> Expected<bool> {
@@ -231,6 +252,7 @@ Expected<io::RunPicture> ReadRun(const ReportInput& input, const Json& report) {
   for (const Json& loop : report.value("loops", Json::array())) {
     run.loops.push_back(Timestamp::FromSeconds(loop.value("t", 0.0)));
   }
+  AddScale(report, &run);
   if (input.truth.has_value()) {
     if (Expected<bool> done = AddTruth(*input.truth, &run); !done) return done.error();
   }
@@ -252,7 +274,7 @@ std::string Page(const std::string& name, const Json& report, const io::RunPictu
          Section("top_view", "Trajectory over the grid", drawn(io::TopViewChart(run))) +
          Section("poses", "Pose over time (grey: found by sight)", drawn(io::PoseCharts(run))) +
          Section("covariance", "How well the live pose is known", drawn(io::CovarianceChart(run))) +
-         Section("scale", "Scale and its sources", Scale(report)) +
+         Section("scale", "Scale and its sources", io::ScaleChart(run) + Scale(report)) +
          Section("stages", "Time per stage", Stages(report)) +
          Section("configuration", "Configuration", Configuration(report)) + "</main></body></html>\n";
 }
@@ -262,10 +284,11 @@ std::string Page(const std::string& name, const Json& report, const io::RunPictu
 Expected<bool> WriteReportPage(const ReportInput& input, const fs::path& page) {
   const Expected<Json> report = ReadReport(input.folder / "report.json");
   if (!report) return report.error();
-  const Expected<io::RunPicture> run = ReadRun(input, *report);
-  if (!run) return run.error();
-  std::ofstream file(page, std::ios::binary);
+  std::ofstream file;
   try {
+    const Expected<io::RunPicture> run = ReadRun(input, *report);
+    if (!run) return run.error();
+    file.open(page, std::ios::binary);
     file << Page(fs::absolute(input.folder).filename().string(), *report, *run);
   } catch (const Json::exception& wrong) {
     return Error{fmt::format("{}: {}", (input.folder / "report.json").string(), wrong.what())};

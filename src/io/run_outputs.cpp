@@ -98,8 +98,28 @@ Json ToJson(const std::optional<ScaleMeasurement>& source) {
   return {{"log_correction", source->log_scale}, {"sigma", source->sigma}};
 }
 
+// Lists of the same length, whose entries belong together; a source is [log_correction, sigma].
+Json HistoryJson(const std::vector<ScaleAt>& history) {
+  Json json = {{"driven_meters", Json::array()},
+               {"together", Json::array()},
+               {"wheels", Json::array()},
+               {"laser", Json::array()},
+               {"floor", Json::array()}};
+  const auto entry = [](const std::optional<ScaleMeasurement>& source) {
+    return source.has_value() ? Json::array({source->log_scale, source->sigma}) : Json(nullptr);
+  };
+  for (const ScaleAt& at : history) {
+    json["driven_meters"].push_back(at.driven);
+    json["together"].push_back(entry(at.fused));
+    json["wheels"].push_back(entry(at.wheels));
+    json["laser"].push_back(entry(at.laser));
+    json["floor"].push_back(entry(at.floor));
+  }
+  return json;
+}
+
 // The factor the map's scale is still short of by each source, and how an unscaled map came by its scale.
-Json ScaleJson(const EstimatorReport& report) {
+Json ScaleJson(const EstimatorReport& report, const std::vector<ScaleAt>& history) {
   const MapScale& scale = report.map_scale;
   if (!scale.fused.has_value()) return nullptr;
   Json json = {{"sigma", scale.fused->sigma},
@@ -110,6 +130,7 @@ Json ScaleJson(const EstimatorReport& report) {
                {"consistent", scale.consistent},
                {"slipped_steps", scale.track.has_value() ? scale.track->slipped : 0}};
   json["known_after_meters"] = report.scale_known_after.has_value() ? Json(*report.scale_known_after) : Json(nullptr);
+  json["history"] = HistoryJson(history);
   if (report.scale.has_value()) {
     json["recovered"] = {{"by_steps", report.scale->by_steps},
                          {"by_centroids", report.scale->by_centroids},
@@ -129,72 +150,95 @@ Json WheelsJson(const WheelErrors& wheels) {
           {"noise", {{"way", wheels.noise.way}, {"turn", wheels.noise.turn}}}};
 }
 
+void AddFrames(const EstimatorReport& report, const RunResult& result, const Map* map, Json* json) {
+  for (const TrackingState state : {TrackingState::kInitializing, TrackingState::kTracking, TrackingState::kRelocalized,
+                                    TrackingState::kOdometry, TrackingState::kLost}) {
+    const auto it = report.frames.find(state);
+    (*json)["frames"][ToString(state)] = it == report.frames.end() ? 0 : it->second;
+  }
+  (*json)["frames"]["total"] = result.frames.size();
+  (*json)["frames_dropped"] = result.frames_dropped;
+  (*json)["recorded_seconds"] = result.recorded_seconds;
+  (*json)["initialized_after_seconds"] = report.initialized.has_value() && !result.frames.empty()
+                                             ? Json(SecondsBetween(result.frames.front().stamp, *report.initialized))
+                                             : Json(nullptr);
+  if (map == nullptr && !result.frames.empty()) (*json)["waiting_for"] = result.frames.back().waiting_for;
+}
+
+void AddMap(const EstimatorReport& report, const RunResult& result, const Map& map, Json* json) {
+  (*json)["metric"] = map.metric;
+  (*json)["scale"] = ScaleJson(report, result.scale_history);
+  (*json)["wheels"] = WheelsJson(report.wheels);
+  (*json)["keyframes"] = map.keyframes.size();
+  (*json)["keyframes_made"] = report.keyframes_made;
+  (*json)["keyframes_culled"] = report.keyframes_culled;
+  (*json)["points"] = map.landmarks.size();
+  long off_floor = 0;
+  std::size_t laser_links = 0;
+  for (const auto& [id, keyframe] : map.keyframes) {
+    off_floor += keyframe.on_floor ? 0 : 1;
+    laser_links += keyframe.laser_links.size();
+  }
+  (*json)["keyframes_off_floor"] = off_floor;
+  (*json)["laser_links"] = laser_links;
+  const MapPlanes planes = map.keyframes.empty() ? MapPlanes{} : PlanesOf(map, PlaneOptions{});
+  (*json)["floor"] = nullptr;
+  if (planes.floor.has_value()) {
+    (*json)["floor"] = {{"height", planes.floor->height},
+                        {"tilt_deg", planes.floor->TiltDegrees()},
+                        {"points", planes.floor->points},
+                        {"rms", planes.floor->rms}};
+  }
+  (*json)["walls"] = planes.walls.size();
+}
+
+double DegreesOf(const Rigid3& T) { return RadiansToDegrees(LogSo3(T.rotation).norm()); }
+
+void AddLoops(const EstimatorReport& report, Json* json) {
+  (*json)["loops"] = Json::array();
+  for (const auto& [loop, keyframe, in_map] : report.loops) {
+    (*json)["loops"].push_back({{"t", keyframe.Seconds()},
+                                {"in_map_t", in_map.Seconds()},
+                                {"old_keyframe", loop.old.value},
+                                {"moved", loop.T_before_after.translation.norm()},
+                                {"turned_deg", DegreesOf(loop.T_before_after)}});
+  }
+  (*json)["map_joined"] = nullptr;
+  if (report.joined.has_value()) {
+    (*json)["map_joined"] = {{"t", report.joined->keyframe.Seconds()},
+                             {"in_map_t", report.joined->in_map.Seconds()},
+                             {"places", report.joined->places},
+                             {"moved", report.joined->T_known_own.translation.norm()},
+                             {"turned_deg", DegreesOf(report.joined->T_known_own)}};
+  }
+  (*json)["own_map"] = report.own_map && !report.joined.has_value();
+}
+
+void AddInput(const EstimatorReport& report, const RunResult& result, Json* json) {
+  (*json)["odometry_rejected"] = report.odometry_rejected;
+  (*json)["slips"] = report.slips;
+  (*json)["odometry_covariance"] = {{"by_model", report.odometry_by_model},
+                                    {"by_messages", report.odometry_by_messages}};
+  (*json)["findings"] = result.findings;
+  (*json)["unused_input"] = result.unused_input.empty() ? Json(Json::object()) : Json(result.unused_input);
+}
+
+void AddAdjustments(const EstimatorReport& report, const RunResult& result, Json* json) {
+  (*json)["adjustments"] = {{"count", report.adjustments}, {"iterations", report.adjustment_iterations}};
+  (*json)["failed_adjustments"] = Json::object();
+  for (const auto& [reason, count] : report.failed_adjustments) (*json)["failed_adjustments"][reason] = count;
+  (*json)["final_adjustment"] = result.final_adjustment.empty() ? Json("done") : Json(result.final_adjustment);
+}
+
 Json ReportJson(const Estimator& estimator, const RunResult& result, bool deterministic) {
   const EstimatorReport& report = estimator.report();
   const std::shared_ptr<const Map> map = estimator.map();
   Json json;
-  for (const TrackingState state : {TrackingState::kInitializing, TrackingState::kTracking, TrackingState::kRelocalized,
-                                    TrackingState::kOdometry, TrackingState::kLost}) {
-    const auto it = report.frames.find(state);
-    json["frames"][ToString(state)] = it == report.frames.end() ? 0 : it->second;
-  }
-  json["frames"]["total"] = result.frames.size();
-  json["frames_dropped"] = result.frames_dropped;
-  json["recorded_seconds"] = result.recorded_seconds;
-  json["initialized_after_seconds"] = report.initialized.has_value() && !result.frames.empty()
-                                          ? Json(SecondsBetween(result.frames.front().stamp, *report.initialized))
-                                          : Json(nullptr);
-  if (map == nullptr && !result.frames.empty()) json["waiting_for"] = result.frames.back().waiting_for;
-  json["metric"] = map != nullptr && map->metric;
-  json["scale"] = ScaleJson(report);
-  json["wheels"] = WheelsJson(report.wheels);
-  json["keyframes"] = map != nullptr ? map->keyframes.size() : 0;
-  json["keyframes_made"] = report.keyframes_made;
-  json["keyframes_culled"] = report.keyframes_culled;
-  json["points"] = map != nullptr ? map->landmarks.size() : 0;
-  json["keyframes_off_floor"] = map == nullptr ? 0
-                                               : std::count_if(map->keyframes.begin(), map->keyframes.end(),
-                                                               [](const auto& e) { return !e.second.on_floor; });
-  std::size_t laser_links = 0;
-  if (map != nullptr) {
-    for (const auto& [id, keyframe] : map->keyframes) laser_links += keyframe.laser_links.size();
-  }
-  json["laser_links"] = laser_links;
-  const MapPlanes planes = map != nullptr ? PlanesOf(*map, PlaneOptions{}) : MapPlanes{};
-  json["floor"] = nullptr;
-  if (planes.floor.has_value()) {
-    json["floor"] = {{"height", planes.floor->height},
-                     {"tilt_deg", planes.floor->TiltDegrees()},
-                     {"points", planes.floor->points},
-                     {"rms", planes.floor->rms}};
-  }
-  json["walls"] = planes.walls.size();
-  json["loops"] = Json::array();
-  for (const auto& [loop, keyframe, in_map] : report.loops) {
-    json["loops"].push_back({{"t", keyframe.Seconds()},
-                             {"in_map_t", in_map.Seconds()},
-                             {"old_keyframe", loop.old.value},
-                             {"moved", loop.T_before_after.translation.norm()},
-                             {"turned_deg", RadiansToDegrees(LogSo3(loop.T_before_after.rotation).norm())}});
-  }
-  json["map_joined"] = nullptr;
-  if (report.joined.has_value()) {
-    json["map_joined"] = {{"t", report.joined->keyframe.Seconds()},
-                          {"in_map_t", report.joined->in_map.Seconds()},
-                          {"places", report.joined->places},
-                          {"moved", report.joined->T_known_own.translation.norm()},
-                          {"turned_deg", RadiansToDegrees(LogSo3(report.joined->T_known_own.rotation).norm())}};
-  }
-  json["own_map"] = report.own_map && !report.joined.has_value();
-  json["odometry_rejected"] = report.odometry_rejected;
-  json["slips"] = report.slips;
-  json["odometry_covariance"] = {{"by_model", report.odometry_by_model}, {"by_messages", report.odometry_by_messages}};
-  json["findings"] = result.findings;
-  json["unused_input"] = result.unused_input.empty() ? Json(Json::object()) : Json(result.unused_input);
-  json["adjustments"] = {{"count", report.adjustments}, {"iterations", report.adjustment_iterations}};
-  json["failed_adjustments"] = Json::object();
-  for (const auto& [reason, count] : report.failed_adjustments) json["failed_adjustments"][reason] = count;
-  json["final_adjustment"] = result.final_adjustment.empty() ? Json("done") : Json(result.final_adjustment);
+  AddFrames(report, result, map.get(), &json);
+  AddMap(report, result, map != nullptr ? *map : Map{}, &json);
+  AddLoops(report, &json);
+  AddInput(report, result, &json);
+  AddAdjustments(report, result, &json);
   if (!deterministic) json["timing"] = Timing(result, report.stages);
   for (const auto& [key, value] : OptionValues(estimator.settings().options)) json["configuration"][key] = value;
   return json;

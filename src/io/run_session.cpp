@@ -128,7 +128,24 @@ class Session {
     return CompareMotions(seen, wheels_);
   }
 
+  // Every so manieth keyframe, so that there are neither few nor many however long the run.
+  void KeepScale() {
+    constexpr std::size_t kMost = 240;
+    const EstimatorReport& report = estimator_.report();
+    const std::shared_ptr<const Map> map = estimator_.map();
+    if (map == nullptr || !map->metric || report.keyframes_made < next_scale_) return;
+    next_scale_ = report.keyframes_made + scale_step_;
+    const MapScale& scale = report.map_scale;
+    std::vector<ScaleAt>& history = result_.scale_history;
+    history.push_back({estimator_.input_watch().wheel_way(), scale.fused, scale.wheels, scale.laser, scale.floor});
+    if (history.size() < kMost) return;
+    scale_step_ *= 2;
+    for (std::size_t i = 1; 2 * i < history.size(); ++i) history[i] = history[2 * i];
+    history.resize((history.size() + 1) / 2);
+  }
+
   void Keep(std::vector<FrameReport> reports) {
+    if (!reports.empty()) KeepScale();
     for (FrameReport& report : reports) {
       result_.frames.push_back(std::move(report));
       if (!settings_.progress) continue;
@@ -142,8 +159,9 @@ class Session {
   const RunSettings& settings_;
   Pace pace_;
   OdometryContinuity continuity_;
-  InputCorrector corrector_;  // of stamps
-  OdometryBuffer wheels_;     // on the camera's clock, without their jumps
+  InputCorrector corrector_;              // of stamps
+  OdometryBuffer wheels_;                 // on the camera's clock, without their jumps
+  long next_scale_ = 0, scale_step_ = 1;  // keyframes
   RunResult result_;
 };
 

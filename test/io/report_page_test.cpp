@@ -20,7 +20,10 @@ namespace fs = std::filesystem;
 constexpr const char* kReport = R"({
   "frames": {"initializing": 3, "tracking": 37, "total": 40}, "keyframes": 4, "points": 900, "metric": true,
   "scale": {"sigma": 0.001, "log_correction": 0.0, "wheels": {"log_correction": 0.02, "sigma": 0.004}, "laser": null,
-            "floor": null, "known_after_meters": 0.4},
+            "floor": null, "known_after_meters": 0.4,
+            "history": {"driven_meters": [0.1, 0.8, 1.9], "together": [[0.4, 0.2], [0.01, 0.005], [0.0, 0.001]],
+                        "wheels": [null, [0.03, 0.008], [0.02, 0.004]], "laser": [null, null, null],
+                        "floor": [null, null, null]}},
   "loops": [{"t": 2.0}], "findings": ["wheels <b> & images disagree"],
   "timing": {"stages_ms": {"track": {"count": 40, "sum": 80.0, "p50": 2.0, "p99": 3.0}}, "real_time_factor": 9.0},
   "configuration": {"orb.features": 800, "topics.image": "/a&b"}})";
@@ -113,8 +116,18 @@ TEST_F(ReportPage, TheLegendNamesOnlyWhatIsDrawn) {
   EXPECT_NE(page.find(">trajectory</text>"), std::string::npos);
   long entries = 0;
   for (std::size_t at = page.find("y1=\"12\""); at != std::string::npos; at = page.find("y1=\"12\"", at + 1)) ++entries;
-  EXPECT_EQ(entries, 4);  // and the loop; position and heading, of the covariance
+  EXPECT_EQ(entries, 6);  // and the loop; position and heading, of the covariance; wheels and together, of scale
   EXPECT_EQ(page.find(">truth</text>"), std::string::npos);
+}
+
+TEST_F(ReportPage, ScaleIsDrawnOverTheDistanceDriven) {
+  ReportInput input;
+  input.folder = run();
+  const std::string page = Page(input);
+  const std::string section = page.substr(page.find("<section id=\"scale\">"));
+  EXPECT_LT(section.find("driven [m]"), section.find("</section>"));
+  EXPECT_NE(section.find(">wheels</text>"), std::string::npos);
+  EXPECT_EQ(section.find(">laser</text>"), std::string::npos);
 }
 
 TEST_F(ReportPage, OfARunWithoutAMapSaysSo) {

@@ -23,6 +23,12 @@ struct RunSettings {
   std::function<void(const OdometryReading&)> on_odometry;  // each reading as recorded
 };
 
+// What was known of a metric map's scale, and by which sources, as of MapScale.
+struct ScaleAt {
+  double driven = 0.0;  // m, by the wheels
+  std::optional<ScaleMeasurement> fused, wheels, laser, floor;
+};
+
 struct RunResult {
   std::vector<FrameReport> frames;
   std::map<std::string, long> unused_input;  // by reason
@@ -30,6 +36,7 @@ struct RunResult {
   MotionAgreement motion;                    // of the frames found by sight and the wheels
   long frames_dropped = 0;                   // by the pace of `rate`
   std::string final_adjustment;              // why it failed, and the map is as it was before; empty where it did not
+  std::vector<ScaleAt> scale_history;        // of some of the keyframes, evenly spread over the run
   double wall_seconds = 0.0, cpu_seconds = 0.0;
   double recorded_seconds = 0.0;  // spanned by the processed images
 };
