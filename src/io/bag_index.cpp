@@ -88,10 +88,20 @@ BagIndex ReadIndex(const Bags& bags, const BagTopics& topics, SkipLog* skipped) 
                     "put together out of order",
                     stream.topic, stream.furthest_back));
   }
+  bool all_repeat = true;
   for (const Stream& stream : streams) {
-    for (long left = stream.index->Sort(); left > 0; --left) {
+    const long repeated = stream.index->Sort();
+    for (long left = repeated; left > 0; --left) {
       skipped->Count(fmt::format("{} with the stamp of another", stream.name), stream.topic);
     }
+    constexpr double kMany = 0.05;
+    const auto left = static_cast<double>(stream.index->size());
+    all_repeat = all_repeat && (left == 0.0 || static_cast<double>(repeated) > kMany * left);
+  }
+  if (all_repeat && index.images.size() > 0) {
+    index.notes.emplace_back(
+        "stamps come twice in every stream: the clock was set back while recording, or a drive is in it twice; record "
+        "again, or cut it (rosbag filter)");
   }
   return index;
 }

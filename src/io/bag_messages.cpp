@@ -52,6 +52,15 @@ std::optional<Error> ApplyRoiAndBinning(const sensor_msgs::CameraInfo& info, con
   return std::nullopt;
 }
 
+// Whether angle_max is far from where the beams end by angle_min and angle_increment: then nobody knows which is wrong.
+// Drivers round it, or count a beam more or less from sweep to sweep, or leave it at 0.
+bool AnglesContradict(const sensor_msgs::LaserScan& scan) {
+  constexpr double kSlack = 0.25;  // of the angle that the beams span
+  const double span = static_cast<double>(scan.angle_increment) * (static_cast<double>(scan.ranges.size()) - 1.0);
+  const double end = static_cast<double>(scan.angle_min) + span;
+  return scan.angle_max != 0.0F && std::abs(static_cast<double>(scan.angle_max) - end) > kSlack * std::abs(span);
+}
+
 }  // namespace
 
 Rigid3 ToRigid3(const geometry_msgs::Transform& transform) {
@@ -84,7 +93,11 @@ Expected<PlanarScan> ToPlanarScan(const sensor_msgs::LaserScan& scan) {
   planar.range_min = static_cast<double>(scan.range_min);
   planar.range_max = static_cast<double>(scan.range_max);
   planar.ranges = scan.ranges;
-  return CheckedScan(std::move(planar));
+  Expected<PlanarScan> checked = CheckedScan(std::move(planar));
+  if (checked.ok() && scan.angle_increment != 0.0F && AnglesContradict(scan)) {
+    return Error{"scan whose angle_max contradicts angle_min and angle_increment"};
+  }
+  return checked;
 }
 
 Expected<Rigid3> ToOdometryPose(const nav_msgs::Odometry& odometry) {

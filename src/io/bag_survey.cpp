@@ -118,7 +118,11 @@ std::string DescribeFrames(const BagTransforms& transforms, const SensorFrames& 
 // A topic whose poses cannot be used is as good as none, and tf may hold what it should.
 void ChooseOdometry(BagSurvey* survey, SkipLog* skipped) {
   const OdometrySurvey& odometry = survey->index.odometry_survey;
-  if (odometry.pose_stands()) {
+  if (!survey->topics.odometry.empty() && survey->index.odometry.size() == 0) {
+    survey->info.notes.push_back(
+        fmt::format("{}: no message with a stamp: odometry is taken from tf, if there", survey->topics.odometry));
+    survey->topics.odometry.clear();
+  } else if (odometry.pose_stands()) {
     survey->odometry_by_twist = true;
     survey->info.notes.push_back(fmt::format(
         "{}: the pose never changes although the twist drives: the twist is integrated", survey->topics.odometry));
@@ -142,7 +146,13 @@ void NoteScans(BagSurvey* survey) {
   PlanarScan as_it_came;
   as_it_came.range_min = static_cast<double>(scan->range_min);
   as_it_came.range_max = static_cast<double>(scan->range_max);
-  if (!checked.ok() || StatesRange(as_it_came)) return;
+  if (!checked.ok()) return;
+  if (StatesRange(as_it_came)) {
+    if (as_it_came.range_min < as_it_came.range_max) return;
+    survey->info.notes.push_back(
+        fmt::format("{}: range_min is {}, beyond range_max: taken for 0", survey->topics.scan, scan->range_min));
+    return;
+  }
   survey->info.notes.push_back(
       fmt::format("{}: range_max is {}: taken for unlimited, and beams without return say nothing", survey->topics.scan,
                   scan->range_max));
@@ -172,6 +182,10 @@ Expected<BagSurvey> SurveyBag(const Bags& bags, const std::string& file, const R
   survey.info.notes.insert(survey.info.notes.end(), survey.index.notes.begin(), survey.index.notes.end());
   ChooseOdometry(&survey, skipped);
   NoteScans(&survey);
+  if (survey.index.scans.size() > 0 && survey.index.scans.message(0).ReadHeader().frame_id.empty()) {
+    return Error{
+        fmt::format("{}: header.frame_id on {} is empty; expected the laser's tf frame", file, survey.topics.scan)};
+  }
   const SensorFrames frames = FramesOf(survey.index, survey.topics, *images, options.bag);
   Expected<BagTransforms> transforms = ReadTransforms(bags, file, survey.topics, frames, skipped);
   if (!transforms) return transforms.error();

@@ -24,6 +24,8 @@ std::string WithoutCompressed(const std::string& topic) {
   return EndsWith(topic, kCompressedSuffix) ? topic.substr(0, topic.size() - kCompressedSuffix.size()) : topic;
 }
 
+bool IsOfDepth(const std::string& topic) { return topic.find("depth") != std::string::npos; }
+
 std::string LastName(const std::string& topic) { return topic.substr(topic.rfind('/') + 1); }
 
 // One role a topic can have; `option` is how the user would name it.
@@ -64,6 +66,10 @@ class Chooser {
       return raw != topic && std::find(all.begin(), all.end(), raw) != all.end();
     };
     names.erase(std::remove_if(names.begin(), names.end(), is_there_raw), names.end());
+    // Depth is an image, too, but none to see by.
+    if (std::any_of(names.begin(), names.end(), [](const std::string& topic) { return !IsOfDepth(topic); })) {
+      names.erase(std::remove_if(names.begin(), names.end(), IsOfDepth), names.end());
+    }
     if (names.size() > 1) {
       return Error{fmt::format("{}: several {} topics ({}); expected --set {}=TOPIC to say which", file_,
                                role.types.front(), fmt::join(names, ", "), role.option)};

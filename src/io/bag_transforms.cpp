@@ -78,8 +78,12 @@ Expected<TfChain> RequiredChain(const TfTree& tree, const std::string& file, con
     return Error{
         fmt::format("{}: tf frame '{}' ({}) is not in this bag; it has {}", file, frame, what, fmt::join(known, ", "))};
   }
-  return Error{fmt::format("{}: tf does not connect '{}' and '{}' ({}); it has {}", file, pair.from, pair.to, what,
-                           fmt::join(known, ", "))};
+  std::string parents;
+  for (const auto& [child, parent] : tree.second_parents()) {
+    parents += fmt::format("; '{}' has a second parent in tf, '{}': stop one of its publishers", child, parent);
+  }
+  return Error{fmt::format("{}: tf does not connect '{}' and '{}' ({}); it has {}{}", file, pair.from, pair.to, what,
+                           fmt::join(known, ", "), parents)};
 }
 
 }  // namespace
@@ -92,24 +96,24 @@ Expected<BagTransforms> ReadTransforms(const Bags& bags, const std::string& file
   tree = ReadTree(bags, topics, WantedPairs(frames), skipped);
   if (tree.empty()) {
     if (topics.odometry.empty() && topics.scan.empty()) return transforms;
-    return Error{
-        fmt::format("{}: no tf; expected '{}' -> '{}', as there is odometry or a laser (base_frame '' ignores those)",
-                    file, frames.base, frames.camera)};
+    return Error{fmt::format(
+        "{}: no tf; expected '{}' -> '{}', as there is odometry or a laser (topics.base_frame '' ignores those)", file,
+        frames.base, frames.camera)};
   }
   transforms.has_base_transform = true;
   const Expected<TfChain> camera =
-      RequiredChain(tree, file, {frames.base, frames.camera}, "base_frame to the images' frame");
+      RequiredChain(tree, file, {frames.base, frames.camera}, "topics.base_frame to the images' frame");
   if (!camera) return camera.error();
   transforms.base_to_camera = *camera;
   if (!frames.laser.empty()) {
     const Expected<TfChain> laser =
-        RequiredChain(tree, file, {frames.base, frames.laser}, "base_frame to the scans' frame");
+        RequiredChain(tree, file, {frames.base, frames.laser}, "topics.base_frame to the scans' frame");
     if (!laser) return laser.error();
     transforms.base_to_laser = *laser;
   }
   if (!frames.odometry_child.empty()) {
-    const Expected<TfChain> child =
-        RequiredChain(tree, file, {frames.odometry_child, frames.base}, "the odometry's child_frame_id to base_frame");
+    const Expected<TfChain> child = RequiredChain(tree, file, {frames.odometry_child, frames.base},
+                                                  "the odometry's child_frame_id to topics.base_frame");
     if (!child) return child.error();
     transforms.odometry_child_to_base = *child;
   }

@@ -55,6 +55,7 @@ class Examination {
     FindingsInput input{trial.estimator->report(), watch_,          map.get(), std::move(unused), {},
                         info_.has_base_transform,  info_.has_laser, {}};
     input.motion = trial.result.motion;
+    input.laser_is_matched = trial.estimator->settings().options.scan_match.enabled;
     if (trial.yaw.has_value() && Forwards(input.motion)) input.motion.direction.reset();  // told better by its yaw
     found_ = FindAll(input);
     if (trial.yaw.has_value() && !watch_.laser().IsUpsideDown()) AddYaw(*trial.yaw);  // the laser would bend it

@@ -36,8 +36,16 @@ constexpr Encoding kEncodings[] = {
     {"16UC1", 2, CV_8UC1, kCopy},
     {"bgr16", 2, CV_8UC3, cv::COLOR_BGR2GRAY},
     {"rgb16", 2, CV_8UC3, cv::COLOR_RGB2GRAY},
+    {"bgra16", 2, CV_8UC4, cv::COLOR_BGRA2GRAY},
+    {"rgba16", 2, CV_8UC4, cv::COLOR_RGBA2GRAY},
     {"yuv422", 1, CV_8UC2, cv::COLOR_YUV2GRAY_UYVY},
+    {"uyvy", 1, CV_8UC2, cv::COLOR_YUV2GRAY_UYVY},
     {"yuv422_yuy2", 1, CV_8UC2, cv::COLOR_YUV2GRAY_YUY2},
+    {"yuyv", 1, CV_8UC2, cv::COLOR_YUV2GRAY_YUY2},
+    // All rows of grey, then those of colour.
+    {"nv12", 1, CV_8UC1, kCopy},
+    {"nv21", 1, CV_8UC1, kCopy},
+    {"nv24", 1, CV_8UC1, kCopy},
     {"bayer_rggb8", 1, CV_8UC1, cv::COLOR_BayerBG2GRAY},
     {"bayer_bggr8", 1, CV_8UC1, cv::COLOR_BayerRG2GRAY},
     {"bayer_gbrg8", 1, CV_8UC1, cv::COLOR_BayerGR2GRAY},
@@ -104,7 +112,7 @@ Expected<GrayImage> ConvertImage(const RawImage& raw, GreyDepth* depth) {
   if (encoding == nullptr) {
     return Error{
         fmt::format("image encoding '{}' is not supported; expected mono8, mono16, bgr8, rgb8, bgra8, rgba8, "
-                    "bgr16, rgb16, yuv422 or Bayer",
+                    "bgr16, rgb16, yuv422, nv21 or Bayer",
                     raw.encoding)};
   }
   const std::size_t row_needs = static_cast<std::size_t>(raw.width) *

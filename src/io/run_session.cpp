@@ -77,8 +77,15 @@ class Session {
     const RecordingInfo& info = recording_.info();
     const std::shared_ptr<const Map> map = estimator_.map();
     result_.motion = Compare();
-    const FindingsInput found{estimator_.report(), estimator_.input_watch(), map.get(),      result_.unused_input,
-                              info.notes,          info.has_base_transform,  info.has_laser, result_.motion};
+    const FindingsInput found{estimator_.report(),
+                              estimator_.input_watch(),
+                              map.get(),
+                              result_.unused_input,
+                              info.notes,
+                              info.has_base_transform,
+                              info.has_laser,
+                              result_.motion,
+                              estimator_.settings().options.scan_match.enabled};
     result_.findings = Findings(found);
     if (!result_.frames.empty()) {
       result_.recorded_seconds = SecondsBetween(result_.frames.front().stamp, result_.frames.back().stamp);

@@ -25,7 +25,10 @@ TfPush TfTree::Add(const std::string& parent, const std::string& child, Timestam
     frames_.insert(parent);
     frames_.insert(child);
   }
-  if (edge->second.parent != parent) return TfPush::kSecondParent;
+  if (edge->second.parent != parent) {
+    second_parents_.emplace(child, parent);
+    return TfPush::kSecondParent;
+  }
   if (!IsTransform(T_parent_child)) return TfPush::kNotFinite;
   const Rigid3 T(T_parent_child.rotation.normalized(), T_parent_child.translation);
   if (is_static) {

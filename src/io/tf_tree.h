@@ -43,6 +43,8 @@ class TfTree {
   std::vector<Timestamp> StampsOfMotion(const TfChain& chain) const;
 
   bool empty() const { return edges_.empty(); }
+  // Frames that were said to hang on another one, too, and on which.
+  const std::map<std::string, std::string>& second_parents() const { return second_parents_; }
   // Every frame ever seen, sorted.
   std::vector<std::string> Frames() const { return {frames_.begin(), frames_.end()}; }
 
@@ -60,6 +62,7 @@ class TfTree {
 
   std::map<std::string, Edge> edges_;  // by child
   std::set<std::string> frames_;
+  std::map<std::string, std::string> second_parents_;
   bool only_kept_edges_ = false;
 };
 

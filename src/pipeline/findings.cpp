@@ -74,9 +74,27 @@ void AddMount(const FindingsInput& in, Found* found) {
   }
 }
 
+// Whether most images have no odometry around them.
+bool ClocksDiffer(const FindingsInput& in) {
+  const auto uncovered = in.unused.find("image waited for odometry in vain");
+  constexpr double kMany = 0.5;
+  return in.input.odometry().Apart(in.input.images()) != 0.0 ||
+         (uncovered != in.unused.end() &&
+          static_cast<double>(uncovered->second) > kMany * static_cast<double>(in.input.images().intervals.count()));
+}
+
 void AddNoMap(const FindingsInput& in, Found* found) {
   constexpr double kDriven = 1.0;  // m
-  if (!HardlyMapped(in.report, in.map) || in.input.wheel_way() < kDriven) return;
+  if (!HardlyMapped(in.report, in.map)) return;
+  if (ClocksDiffer(in)) return;    // told by that
+  constexpr double kStood = 0.02;  // m
+  if (in.input.odometry().intervals.count() > 0 && in.map == nullptr && in.input.wheel_way() < kStood) {
+    found->push_back({Harm::kWorthless, "odometry",
+                      "no map came about: odometry never moved. If the robot did, its wheels report nothing; --set "
+                      "init=visual does without them"});
+    return;
+  }
+  if (in.input.wheel_way() < kDriven) return;
   found->push_back(
       {Harm::kWorthless, "odometry",
        fmt::format(
@@ -114,6 +132,13 @@ void AddWheels(const FindingsInput& in, Found* found) {
                                   "millimetres?); correct its publisher",
                                   speed)});
   }
+  constexpr double kOften = 0.05;
+  if (in.input.odometry_back_and_forth() > kOften) {
+    found->push_back({Harm::kBent, "odometry",
+                      fmt::format("{:.0f} % of odometry's steps take back the one before, faster than a robot can: two "
+                                  "sources on one topic (or tf)? Stop one of them",
+                                  100.0 * in.input.odometry_back_and_forth())});
+  }
   if (in.map == nullptr || static_cast<long>(in.map->keyframes.size()) < kFewestKeyframes) return;
   const WheelCheck check = CheckWheels(*in.map);
   AddDirection(check, in.motion, found);
@@ -127,6 +152,23 @@ void AddWheels(const FindingsInput& in, Found* found) {
 }
 
 void AddClocks(const FindingsInput& in, Found* found) {
+  constexpr const char* kCure =
+      "the clocks of two computers differ, or a driver stamps wrongly; synchronise them (chrony)";
+  const std::pair<const char*, const StreamRhythm*> streams[] = {{"odometry", &in.input.odometry()},
+                                                                 {"the laser", &in.input.scans()}};
+  bool odometry_told = false;
+  for (const auto& [name, stream] : streams) {
+    const double apart = stream->Apart(in.input.images());
+    if (apart == 0.0) continue;
+    odometry_told = odometry_told || stream == &in.input.odometry();
+    found->push_back({Harm::kWorthless, "clocks",
+                      fmt::format("all stamps of {} lie {:.1f} s or more {} those of the images: {}", name,
+                                  std::abs(apart), apart > 0.0 ? "after" : "before", kCure)});
+  }
+  if (ClocksDiffer(in) && !odometry_told) {
+    found->push_back({Harm::kWorthless, "clocks",
+                      fmt::format("odometry has no readings around the stamps of most images: {}", kCure)});
+  }
   constexpr double kLeast = 0.03;  // s: as much as a loaded computer delays a stamp by
   const auto& offset = in.motion.time_offset;
   if (!offset.has_value() || std::abs(offset->value) < kLeast + kClockSigmas * offset->sigma) return;
@@ -220,7 +262,8 @@ void AddLaser(const FindingsInput& in, Found* found) {
                       "tf; correct the roll of its frame"});
     return;
   }
-  if (!in.has_laser || in.map == nullptr || !in.map->metric) return;
+  const bool in_time = in.input.scans().intervals.count() > 0 && in.input.scans().Apart(in.input.images()) == 0.0;
+  if (!in_time || !in.has_laser || !in.laser_is_matched || in.map == nullptr || !in.map->metric) return;
   long links = 0;
   for (const auto& [id, keyframe] : in.map->keyframes) links += static_cast<long>(keyframe.laser_links.size());
   if (static_cast<long>(in.map->keyframes.size()) < kFewestKeyframes || links > 0) return;

@@ -32,7 +32,14 @@ void StreamRhythm::Add(Timestamp stamp) {
     }
     longest_hole = std::max(longest_hole, seconds);
   }
+  if (!first_.has_value()) first_ = stamp;
   last_ = stamp;
+}
+
+double StreamRhythm::Apart(const StreamRhythm& other) const {
+  if (!first_.has_value() || !other.first_.has_value()) return 0.0;
+  const double after = SecondsBetween(*other.last_, *first_), before = SecondsBetween(*last_, *other.first_);
+  return after > 0.0 ? after : std::min(0.0, -before);
 }
 
 void InputWatch::Add(const CameraFrame& frame) {
@@ -50,8 +57,13 @@ void InputWatch::Add(const OdometryReading& reading) {
   odometry_.Add(reading.stamp);
   laser_.Add(reading);
   if (last_reading_.has_value() && last_reading_->stamp < reading.stamp) {
-    const double way = (reading.T_odom_base.translation - last_reading_->T_odom_base.translation).norm();
-    const double seconds = SecondsBetween(last_reading_->stamp, reading.stamp);
+    const Eigen::Vector2d step = reading.T_odom_base.translation - last_reading_->T_odom_base.translation;
+    const double way = step.norm(), seconds = SecondsBetween(last_reading_->stamp, reading.stamp);
+    constexpr double kSeen = 0.005, kFastest = 4.0, kTakenBack = 0.5;  // m, m/s, of the step
+    const bool fast = way > kFastest * seconds || last_step_.norm() > kFastest * last_seconds_;
+    if (way > kSeen && fast && (step + last_step_).norm() < kTakenBack * way) ++back_and_forth_;
+    last_step_ = step;
+    last_seconds_ = seconds;
     constexpr double kMoved = 1e-4;  // m
     if (std::isfinite(way) && way > kMoved) {
       speeds_.Add(way / seconds);
@@ -64,6 +76,11 @@ void InputWatch::Add(const OdometryReading& reading) {
 void InputWatch::Add(const LaserFrame& frame) {
   scans_.Add(frame.scan.stamp);
   laser_.Add(frame);
+}
+
+double InputWatch::odometry_back_and_forth() const {
+  const long steps = odometry_.intervals.count();
+  return steps > 0 ? static_cast<double>(back_and_forth_) / static_cast<double>(steps) : 0.0;
 }
 
 double InputWatch::wheel_speed() const {

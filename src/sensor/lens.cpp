@@ -27,6 +27,14 @@ Error Unsupported(const LensText& lens, const char* expected) {
   return Error{line.str()};
 }
 
+// Calibration tools have names of their own for the models of camera_info.
+bool IsEquidistant(const std::string& name) {
+  return name == "equidistant" || name == "fisheye" || name == "equi" || name == "kannala_brandt";
+}
+bool IsPolynomial(const std::string& name) {
+  return name == "plumb_bob" || name == "rational_polynomial" || name == "radtan" || name.empty();
+}
+
 Expected<bool> SetEquidistant(const LensText& lens, CameraModel* camera) {
   const std::vector<double>& D = lens.coefficients;
   if (!D.empty() && (D.size() < kEquidistant || !AllZero(D, kEquidistant))) {
@@ -51,11 +59,9 @@ LensText DescribeLens(const CameraModel& c) {
 Expected<bool> SetLens(const LensText& lens, CameraModel* camera) {
   const std::string name = LowerCase(lens.model);
   const std::vector<double>& D = lens.coefficients;
-  if (name == "equidistant" || name == "fisheye") return SetEquidistant(lens, camera);
+  if (IsEquidistant(name)) return SetEquidistant(lens, camera);
   if (AllZero(D, 0)) return true;
-  if (name != "plumb_bob" && name != "rational_polynomial" && !name.empty()) {
-    return Unsupported(lens, "plumb_bob, rational_polynomial or equidistant");
-  }
+  if (!IsPolynomial(name)) return Unsupported(lens, "plumb_bob, rational_polynomial or equidistant");
   for (const std::size_t known : {kPlumbBob - 1, kPlumbBob, kRational, kRational + 4, kRational + 6}) {
     if (D.size() != known) continue;
     if (!AllZero(D, kRational)) return Unsupported(lens, "zeros for thin prism and tilt (from the ninth on)");

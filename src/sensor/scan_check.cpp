@@ -13,10 +13,7 @@ constexpr float kNothing = std::numeric_limits<float>::quiet_NaN();
 
 }  // namespace
 
-bool StatesRange(const PlanarScan& scan) {
-  const double least = scan.range_min > 0.0 ? scan.range_min : 0.0;  // also where it is no number
-  return scan.range_max > least && scan.range_max < kUnlimitedRange;
-}
+bool StatesRange(const PlanarScan& scan) { return scan.range_max > 0.0 && scan.range_max < kUnlimitedRange; }
 
 Expected<PlanarScan> CheckedScan(PlanarScan scan) {
   if (scan.ranges.empty()) return Error{"scan without ranges"};

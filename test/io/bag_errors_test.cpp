@@ -109,6 +109,13 @@ TEST_P(BagErrors, MissingFramesAreNamedWithTheKnownOnes) {
                   writer.PutImage(0.1);
                 })),
                 {"connect", "base_footprint", "camera_optical_frame"});
+  ExpectInError(OpenError(Bag([](BagWriter& writer) {
+                  writer.PutStatic("torso", "camera_optical_frame", Shift(0, 0, 1));
+                  writer.PutStatic("base_footprint", "camera_optical_frame", Shift(0, 0, 1));
+                  writer.PutStatic("base_footprint", "laser_frame", Shift(0, 0, 1));
+                  writer.PutImage(0.1);
+                })),
+                {"connect", "'camera_optical_frame' has a second parent", "'base_footprint'"});
 }
 
 TEST_P(BagErrors, FilesThatAreNoBagsAreErrors) {

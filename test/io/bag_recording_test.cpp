@@ -64,6 +64,15 @@ TEST_P(BagRecording, TheOtherFormsOfAnImageAreNoOtherImages) {
 }
 
 // A recorder that splits its files writes tf_static and camera_info into the first.
+TEST_P(BagRecording, ADepthCameraBesideTheImagesIsNone) {
+  const Replay replay = Play(Bag([](BagWriter& writer) {
+    writer.PutImage(0.1);
+    writer.Put("/camera/aligned_depth_to_color/image_raw", RawImage(RampImage(), "16UC1"), 0.1);
+    writer.Put("/camera/depth/image_raw", RawImage(RampImage(), "16UC1"), 0.1);
+  }));
+  EXPECT_EQ(replay.images.size(), 1U) << replay.error;
+}
+
 TEST_P(BagRecording, SeveralBagsAreOneDrive) {
   const Replay whole = Play(RobotBag());
   const fs::path first = Path().replace_filename(std::string("drive_0") + GetParam());
@@ -166,7 +175,21 @@ TEST_P(BagRecording, EveryEncodingBecomesTheSameGrey) {
     *value = *value >> 8;
   sensor_msgs::Image big_endian = RawImage(swapped, "mono16");
   big_endian.is_bigendian = 1;
+  cv::Mat uyvy(gray.rows, gray.cols, CV_8UC2), yuyv(gray.rows, gray.cols, CV_8UC2), wide_bgra;
+  const cv::Mat no_color(gray.rows, gray.cols, CV_8UC1, cv::Scalar(128));
+  cv::merge(std::vector<cv::Mat>{no_color, gray}, uyvy);
+  cv::merge(std::vector<cv::Mat>{gray, no_color}, yuyv);
+  cv::merge(std::vector<cv::Mat>{wide, wide, wide, wide}, wide_bgra);
+  sensor_msgs::Image planes = RawImage(gray, "nv21");  // colour at half the size follows
+  planes.data.resize(planes.data.size() * 3 / 2, 128);
   const std::vector<sensor_msgs::Image> messages{RawImage(gray, "mono8"),
+                                                 RawImage(uyvy, "yuv422"),
+                                                 RawImage(uyvy, "uyvy"),
+                                                 RawImage(yuyv, "yuv422_yuy2"),
+                                                 RawImage(yuyv, "yuyv"),
+                                                 RawImage(wide_bgra, "bgra16"),
+                                                 RawImage(wide_bgra, "rgba16"),
+                                                 planes,
                                                  RawImage(bgr, "bgr8"),
                                                  RawImage(bgr, "rgb8"),
                                                  RawImage(bgra, "bgra8"),

@@ -70,8 +70,11 @@ TEST_P(CameraInfos, LensesComeInManySpellings) {
   for (const char* model : {"plumb_bob", "rational_polynomial"}) EXPECT_EQ(lens(model, eight).k6, 0.01);
   for (const char* model : {"plumb_bob", "", "something else"}) EXPECT_FALSE(lens(model, {}).distorted());
   for (const std::vector<double>& D : {std::vector<double>(), {0.0, 0.0, 0.0, 0.0}, {0.1, 0.02, 0.0, 0.0}}) {
-    EXPECT_EQ(lens("equidistant", D).lens, Lens::kEquidistant) << "a fisheye even where all coefficients are zero";
+    for (const char* model : {"equidistant", "fisheye", "equi", "Kannala_Brandt"}) {
+      EXPECT_EQ(lens(model, D).lens, Lens::kEquidistant) << "a fisheye even where all coefficients are zero";
+    }
   }
+  EXPECT_EQ(lens("radtan", {0.1, -0.2, 0.001, 0.002}).p2, 0.002);
 }
 
 TEST_P(CameraInfos, LensesThatAreNotSupportedAreNamed) {

@@ -66,6 +66,31 @@ TEST_P(RobotBags, StampsThatGoBackAreSaid) {
   EXPECT_TRUE(HasNote(replay, "/odom: stamps go back by 5.2 s"));
 }
 
+TEST_P(RobotBags, AClockThatWasSetBackIsSaid) {
+  const Replay replay = PlayRobot([](BagWriter& writer) {
+    for (const double x : {0.0, 1.0}) {  // the same seconds twice, at two places
+      for (int i = 1; i <= 50; ++i) writer.PutOdometry(0.02 * i, x + 0.01 * i);
+      for (int i = 1; i <= 10; ++i) writer.PutImage(0.1 * i);
+    }
+  });
+  EXPECT_EQ(replay.images.size(), 10U) << replay.error;
+  EXPECT_TRUE(HasNote(replay, "the clock was set back"));
+}
+
+TEST_P(RobotBags, OdometryWithoutStampsIsLeftToTf) {
+  const Replay replay = PlayRobot([](BagWriter& writer) {
+    for (int i = 1; i <= 10; ++i) {
+      nav_msgs::Odometry odometry;
+      odometry.child_frame_id = "base_footprint";
+      writer.Put("/odom", odometry, 0.02 * i);
+      writer.PutTf("odom", "base_footprint", 0.02 * i, Shift(0.5 * i, 0, 0));
+    }
+    writer.PutImage(0.1);
+  });
+  EXPECT_EQ(replay.odometry.size(), 10U) << replay.error;
+  EXPECT_TRUE(HasNote(replay, "/odom: no message with a stamp"));
+}
+
 TEST_P(RobotBags, TfIsSortedByItsStampsToo) {
   const Replay replay = Play(Bag([](BagWriter& writer) {
     writer.PutTf("base_footprint", "camera_optical_frame", 0.3, Shift(0, 0, 1.2));
@@ -244,6 +269,40 @@ TEST_P(Scans, DirectionsThatMakeNoSenseAreCounted) {
     ASSERT_EQ(replay.skipped.size(), 1U);
     EXPECT_EQ(replay.skipped.begin()->first.rfind("scan ", 0), 0U) << replay.skipped.begin()->first;
   }
+}
+
+TEST_P(Scans, AnglesThatContradictEachOtherAreCounted) {
+  const std::function<void(sensor_msgs::LaserScan*)> faults[] = {
+      [](sensor_msgs::LaserScan* scan) { scan->angle_increment = -0.5F; },
+      [](sensor_msgs::LaserScan* scan) { scan->angle_min = 0.0F; },
+      [](sensor_msgs::LaserScan* scan) { scan->ranges.resize(3); }};
+  for (const auto& fault : faults) {
+    const Replay replay = PlayScan(fault);
+    EXPECT_TRUE(replay.scans.empty() && replay.error.empty());
+    const std::map<std::string, long> expected{{"scan whose angle_max contradicts angle_min and angle_increment", 1}};
+    EXPECT_EQ(replay.skipped, expected);
+  }
+  const std::function<void(sensor_msgs::LaserScan*)> fine[] = {
+      [](sensor_msgs::LaserScan* scan) { scan->angle_max = 0.0F; },
+      [](sensor_msgs::LaserScan* scan) { scan->angle_max = 1.1F; },
+      [](sensor_msgs::LaserScan* scan) {
+        std::swap(scan->angle_min, scan->angle_max);
+        scan->angle_increment = -0.5F;
+      }};
+  for (const auto& change : fine) EXPECT_EQ(PlayScan(change).scans.size(), 1U);
+}
+
+TEST_P(Scans, ALeastRangeBeyondTheLargestIsNone) {
+  const Replay replay = PlayScan([](sensor_msgs::LaserScan* scan) { scan->range_min = 50.0F; });
+  ASSERT_EQ(replay.scans.size(), 1U) << replay.error;
+  EXPECT_EQ(replay.scans[0].scan.range_min, 0.0);
+  EXPECT_EQ(replay.scans[0].scan.range_max, 8.0);
+  EXPECT_TRUE(HasNote(replay, "range_min is 50"));
+}
+
+TEST_P(Scans, WithoutAFrameTheirMountIsNotGuessed) {
+  const Replay replay = PlayScan([](sensor_msgs::LaserScan* scan) { scan->header.frame_id = ""; });
+  ExpectInError(replay.error, {"/scan", "frame_id", "empty"});
 }
 
 TEST_P(RobotBags, GreysOfFewBitsFillTheRange) {

@@ -66,6 +66,13 @@ class FindingsTest : public ::testing::Test {
       if (arrives(i)) watch_.Add(Image(t, grey, T_base_camera));
     }
   }
+  void WatchSweeps() {
+    for (int i = 0; i < 50; ++i) {
+      LaserFrame frame;
+      frame.scan.stamp = Timestamp::FromSeconds(kPeriod * i);
+      watch_.Add(frame);
+    }
+  }
   std::vector<std::string> Found() const {
     FindingsInput input{report_, watch_, with_map_ ? &map_ : nullptr, unused_, notes_, true, has_laser_};
     return Findings(input);
@@ -190,7 +197,59 @@ TEST_F(FindingsTest, ASlowCameraLosesNothing) {
 TEST_F(FindingsTest, ALaserThatNeverAgreesIsNamed) {
   Watch(200, Always);
   has_laser_ = true;
+  EXPECT_TRUE(Found().empty()) << "no sweep came in, which is said elsewhere";
+  WatchSweeps();
   ExpectOne({"laser"});
+}
+
+TEST_F(FindingsTest, ALaserThatIsNotMatchedIsNotBlamed) {
+  Watch(200, Always);
+  WatchSweeps();
+  FindingsInput input{report_, watch_, &map_};
+  input.has_laser = true;
+  input.laser_is_matched = false;
+  EXPECT_TRUE(Findings(input).empty());
+}
+
+TEST_F(FindingsTest, TwoSourcesOfOdometryOnOneTopicAreNamed) {
+  Watch(200, Always);
+  InputWatch both = watch_, noisy = watch_;
+  std::mt19937 generator(3);
+  std::normal_distribution<double> noise(0.0, 0.001);  // m
+  for (int i = 0; i < 1000; ++i) {
+    const double t = 20.0 + 0.02 * i, x = 0.5 * t;
+    both.Add(OdometryReading{Timestamp::FromSeconds(t), Rigid2(x, 0.0, 0.0)});
+    both.Add(OdometryReading{Timestamp::FromSeconds(t + 0.001), Rigid2(x - 0.03, 0.0, 0.0)});
+    noisy.Add(OdometryReading{Timestamp::FromSeconds(t), Rigid2(x + noise(generator), noise(generator), 0.0)});
+  }
+  watch_ = noisy;
+  EXPECT_TRUE(Found().empty()) << Found().front();
+  watch_ = both;
+  ExpectOne({"of odometry's steps", "two sources"});
+}
+
+TEST_F(FindingsTest, StreamsOfComputersWhoseClocksDifferAreNamed) {
+  Watch(200, Always);
+  LaserFrame frame;
+  for (const double t : {1000.0, 1000.1}) {
+    frame.scan.stamp = Timestamp::FromSeconds(t);
+    watch_.Add(frame);
+  }
+  ExpectOne({"the laser", "980.1 s", "after", "clocks"});
+  watch_ = InputWatch();
+  for (int i = 0; i < 200; ++i) {
+    watch_.Add(Image(4000.0 + kPeriod * i, 110, ForwardCamera()));
+    watch_.Add(OdometryReading{Timestamp::FromSeconds(kPeriod * i), Rigid2(0.1 * i, 0.0, 0.0)});
+  }
+  with_map_ = false;
+  ExpectOne({"odometry", "3980.1 s", "before", "clocks"});
+}
+
+TEST_F(FindingsTest, OdometryThatNeverMovesIsNamedWhereNoMapCame) {
+  Watch(200, Always, 110, ForwardCamera(), 0.0);
+  EXPECT_TRUE(Found().empty()) << Found().front();
+  with_map_ = false;
+  ExpectOne({"odometry never moved", "init=visual"});
 }
 
 TEST_F(FindingsTest, UnusedInputCountsWhereItIsMuch) {
@@ -206,6 +265,10 @@ TEST_F(FindingsTest, NoMapSaysWhatMayBeWrong) {
   Watch(200, Always);
   with_map_ = false;
   ExpectOne({"no map", "init=visual"});
+  unused_["image waited for odometry in vain"] = 150;
+  const std::vector<std::string> found = Found();
+  ASSERT_FALSE(found.empty());
+  EXPECT_NE(found[0].find("clocks of two computers"), std::string::npos) << "not the wheels' fault: " << found[0];
 }
 
 TEST_F(FindingsTest, NotesOfTheRecordingComeLastAndTenLinesAreEnough) {

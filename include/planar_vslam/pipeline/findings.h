@@ -31,7 +31,8 @@ struct FindingsInput {
   std::vector<std::string> notes = {};      // of the recording: come last
   bool has_base = true;
   bool has_laser = false;
-  MotionAgreement motion = {};  // of the poses found by sight and the wheels as they were corrected
+  MotionAgreement motion = {};   // of the poses found by sight and the wheels as they were corrected
+  bool laser_is_matched = true;  // as the configuration says
 };
 
 // Whether there is no map, or one that held so few of the frames that it says nothing.

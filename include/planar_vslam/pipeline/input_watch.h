@@ -15,9 +15,11 @@ struct StreamRhythm {
   double longest_hole = 0.0, all_holes = 0.0;  // s
 
   void Add(Timestamp stamp);
+  // How far, in seconds, all its stamps lie after those of another stream, or before them (negative); 0 where they meet.
+  double Apart(const StreamRhythm& other) const;
 
  private:
-  std::optional<Timestamp> last_;
+  std::optional<Timestamp> first_, last_;
 };
 
 class InputWatch {
@@ -36,6 +38,8 @@ class InputWatch {
   // m/s, faster than all but a tenth of the steps in which the wheels moved; 0 where they never did.
   double wheel_speed() const;
   double wheel_way() const { return way_; }  // m, that the wheels drove
+  // Share of odometry's steps that take back the one before, faster than a robot can: two publishers on one topic.
+  double odometry_back_and_forth() const;
   // The first image's place on the base.
   const std::optional<Rigid3>& T_base_camera() const { return T_base_camera_; }
 
@@ -48,7 +52,10 @@ class InputWatch {
   long dark_ = 0, bright_ = 0;
   DurationHistogram speeds_;  // m/s
   double way_ = 0.0;          // m
+  long back_and_forth_ = 0;
   std::optional<OdometryReading> last_reading_;
+  Eigen::Vector2d last_step_ = Eigen::Vector2d::Zero();  // m, in odometry's frame
+  double last_seconds_ = 0.0;
   std::optional<Rigid3> T_base_camera_;
 };
 
