@@ -120,7 +120,8 @@ void AddCalibrate(CLI::App& app, int* exit_code) {
   command
       ->add_option(
           "input", arguments->inputs,
-          "bag (rosbag v2, .mcap, .db3), or several of one drive; or a dataset folder: a drive with turns both ways")
+          "bag (rosbag v2, .mcap, .db3, or the folder that ROS 2 records into), or several of one drive; or a dataset "
+          "folder. A drive with turns both ways")
       ->required();
   command->add_option("--out", arguments->out, "YAML file that `run --config` reads")->required();
   command->add_option("--config", arguments->config, "YAML configuration to start from");
