@@ -83,7 +83,9 @@ void CheckBagHeader(const Record& record, std::size_t file_size) {
   if (index == 0)
     throw BadBag{"no index, its recording was cut off; expected a closed bag (rosbag reindex repairs it)"};
   if (index > file_size) {
-    throw BadBag{fmt::format("cut off at byte {}; expected its index at byte {}", file_size, index)};
+    throw BadBag{
+        fmt::format("cut off at byte {}; expected its index at byte {} (`rosbag reindex` keeps what is left of it)",
+                    file_size, index)};
   }
   const auto encryptor = record.fields.find("encryptor");
   if (encryptor != record.fields.end() && !encryptor->second.empty()) throw BadBag{"encrypted; expected a plain bag"};
@@ -105,8 +107,10 @@ void Walk(std::string_view bytes) {
       if (record.kind() == kChunk) chunk = WalkChunk(record);
       if (record.kind() == kIndex) CheckIndex(record, chunk);
     } catch (const BadBag& bad) {
-      throw BadBag{
-          fmt::format("damaged in the record at byte {}: {}; expected an intact rosbag v2", position, bad.what())};
+      throw BadBag{fmt::format(
+          "damaged in the record at byte {}: {}; expected an intact rosbag v2 (`rosbag reindex` keeps what is left "
+          "of it)",
+          position, bad.what())};
     }
   }
 }
