@@ -44,6 +44,19 @@ double OffFloor(const Map* map) {
   return off / static_cast<double>(map->keyframes.size());
 }
 
+long FramesIn(const EstimatorReport& report, TrackingState state) {
+  const auto count = report.frames.find(state);
+  return count == report.frames.end() ? 0 : count->second;
+}
+
+// Whether sight gave hardly any of the poses that there are.
+bool IsBlind(const EstimatorReport& report) {
+  constexpr double kMost = 0.5;
+  const long blind = FramesIn(report, TrackingState::kOdometry);
+  const long by_sight = FramesIn(report, TrackingState::kTracking) + FramesIn(report, TrackingState::kRelocalized);
+  return blind > kFewestKeyframes && static_cast<double>(blind) > kMost * static_cast<double>(blind + by_sight);
+}
+
 void AddMount(const FindingsInput& in, Found* found) {
   const long steps = in.report.odometry_by_model + in.report.odometry_by_messages;
   const double rejected =
@@ -51,10 +64,10 @@ void AddMount(const FindingsInput& in, Found* found) {
   const bool many_rejected = rejected > kRejectedShare && in.report.odometry_rejected > kFewestKeyframes;
   // Beyond a ramp the robot is off the floor of its first keyframe for good, and its wheels go on agreeing.
   const double off_floor = OffFloor(in.map);
-  const bool floor_left = in.has_base && off_floor > kOffFloorShare && rejected > kSomeRejected;
+  const bool floor_left = in.has_base && off_floor > kOffFloorShare && (rejected > kSomeRejected || IsBlind(in.report));
   const auto& mount = in.input.T_base_camera();
   const bool body = in.has_base && mount.has_value() && LooksLikeABodyFrame(*mount);
-  if (body && (many_rejected || floor_left || in.map == nullptr)) {
+  if (body && (many_rejected || floor_left || IsBlind(in.report) || in.map == nullptr)) {
     found->push_back({Harm::kWorthless, "mount",
                       "the images' frame looks like a body frame (x forward, z up), not an optical one (z forward, y "
                       "down): the camera seems to look at the ceiling; set the driver's optical frame id, or its tf"});
@@ -218,6 +231,14 @@ void AddScale(const FindingsInput& in, Found* found) {
 }
 
 void AddStreams(const FindingsInput& in, Found* found) {
+  if (IsBlind(in.report) && !HardlyMapped(in.report, in.map)) {
+    found->push_back({Harm::kBent, "images",
+                      fmt::format("{} poses are by the wheels, {} by sight: the images show too little, or mount, "
+                                  "calibration or stamps of the camera are wrong",
+                                  FramesIn(in.report, TrackingState::kOdometry),
+                                  FramesIn(in.report, TrackingState::kTracking) +
+                                      FramesIn(in.report, TrackingState::kRelocalized))});
+  }
   const StreamRhythm& images = in.input.images();
   constexpr double kUsual = 0.1;  // share of the intervals that are no longer than the usual one
   constexpr long kFewestImages = 30;

@@ -114,6 +114,23 @@ TEST_F(FindingsTest, ACameraInABodyFrameIsNamedFirst) {
   EXPECT_NE(found[2].find("88 % of the keyframes stand off the floor"), std::string::npos);
 }
 
+// Where nothing that is seen fits, nothing is tracked, and the wheels are not contradicted either.
+TEST_F(FindingsTest, ACameraThatHardlyConfirmsAnythingIsNamed) {
+  Watch(200, Always, 110, Rigid3());
+  report_.frames = {
+      {TrackingState::kInitializing, 18}, {TrackingState::kTracking, 49}, {TrackingState::kOdometry, 154}};
+  std::vector<std::string> found = Found();
+  ASSERT_EQ(found.size(), 2U);
+  EXPECT_NE(found[0].find("body frame"), std::string::npos);
+  EXPECT_NE(found[1].find("154 poses are by the wheels, 49 by sight"), std::string::npos);
+  for (const KeyframeId id : map_.keyframes.Ids()) map_.keyframes.Edit(id).on_floor = id.value < 5;
+  EXPECT_EQ(Found().size(), 3U);
+  watch_ = InputWatch();
+  Watch(200, Always);
+  report_.frames[TrackingState::kTracking] = 180;
+  EXPECT_TRUE(Found().empty()) << "some of the way without texture is no fault";
+}
+
 TEST_F(FindingsTest, ARampIsNoFault) {
   Watch(200, Always);
   for (const KeyframeId id : map_.keyframes.Ids()) map_.keyframes.Edit(id).on_floor = id.value < 5;
