@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "planar_vslam/feature/hamming.h"
+
 namespace planar_vslam {
 namespace {
 
@@ -22,6 +24,15 @@ double OrientationOf(const Landmark& landmark, const Map& map) {
       return static_cast<double>(features.keypoints[o.keypoint].angle);
   }
   return 0.0;
+}
+
+// Whether its images differ little from the one that its descriptor is of.
+bool IsSteady(const Landmark& landmark, const Map& map) {
+  constexpr double kBits = 30.0;  // half of what two landmarks differ by that are not alike
+  double sum = 0.0;
+  for (const Observation& o : landmark.observations)
+    sum += HammingDistance(landmark.descriptor, map.keyframes.At(o.keyframe).features->descriptors[o.keypoint]);
+  return sum <= kBits * static_cast<double>(landmark.observations.size() - 1);
 }
 
 constexpr double kSector = 2.0 * M_PI / static_cast<double>(LandmarkTable::kSectors);
@@ -63,6 +74,7 @@ std::size_t LandmarkTable::SectorOf(double angle) {
 }
 
 LandmarkTable::LandmarkTable(const Map& map) : octave_scales_(map.octave_scales) {
+  std::vector<std::size_t> sectors;
   for (const auto& [id, landmark] : map.landmarks) {
     if (!IsReliable(landmark)) continue;
     const double angle = OrientationOf(landmark, map);
@@ -72,13 +84,30 @@ LandmarkTable::LandmarkTable(const Map& map) : octave_scales_(map.octave_scales)
         turned_like_[sector].push_back(index);
     }
     landmarks_.push_back({landmark.p_map, landmark.view_direction, landmark.min_distance, landmark.max_distance,
-                          HeadingsOf(landmark, map)});
+                          HeadingsOf(landmark, map), IsSteady(landmark, map)});
+    sectors.push_back(SectorOf(angle));
     descriptors_.push_back(landmark.descriptor);
   }
+  FindUnique(sectors);
   constexpr std::size_t kGroup = 32;
   for (std::size_t begin = 0; begin < landmarks_.size(); begin += kGroup)
     groups_.push_back(GroupOf(landmarks_, begin, std::min(begin + kGroup, landmarks_.size())));
   for (const auto& [id, keyframe] : map.keyframes) driven_.emplace_back(keyframe.T_map_base.translation.head<2>());
+}
+
+void LandmarkTable::FindUnique(const std::vector<std::size_t>& sectors) {
+  constexpr int kAlike = 60;          // bits: two views of equal things, in other light, differ by as much
+  constexpr double kElsewhere = 1.5;  // m: parts of one thing may look alike
+  std::vector<int> distances;
+  for (std::size_t i = 0; i < landmarks_.size(); ++i) {
+    const std::vector<int>& others = turned_like_[sectors[i]];
+    HammingDistances(descriptors_[i], descriptors_, others, &distances);
+    for (std::size_t k = 0; k < others.size() && landmarks_[i].unique; ++k) {
+      const TableLandmark& other = landmarks_[static_cast<std::size_t>(others[k])];
+      landmarks_[i].unique =
+          distances[k] >= kAlike || (other.p_map - landmarks_[i].p_map).squaredNorm() <= kElsewhere * kElsewhere;
+    }
+  }
 }
 
 const std::vector<int>& LandmarkTable::TurnedLike(float angle) const {

@@ -30,14 +30,26 @@ constexpr double kRivalOdds = 0.5;        // of the best place's log odds
 constexpr double kRivalShare = 0.6;       // ...and of its share, where fewer landmarks are in view
 constexpr double kTimesLookAlike = 1.25;  // a room that was not mapped may be somewhat more alike than two that were
 constexpr int kTimes = 3;
+// Another bench of the same kind shows what all of them have, and at most half as much of what is one bench's own.
+// Chosen by looking at both halls of seed 2: there it was 0.3 to 0.6 of it, and 0.7 to 1.1 at right places.
+constexpr double kOfOneKind = 0.5;
+constexpr double kAlikeShare = 0.2;  // of all landmarks in view, that another bench of the same kind showed there
+constexpr double kRefuted = 3.0;     // log odds: 20 to 1
+constexpr double kSure = 0.15;       // m, standard deviation: three of them are less than a place is wide
+constexpr double kBeside = 0.5;      // m: no place so far away, nor twice as far...
+constexpr double kAsGood = 0.8;      // ...may show this much of what the best one shows
 constexpr double kChi2ThreeDof999 = 16.266;  // chi-square, 3 dof, 99.9 %
 constexpr double kAtOnce = 0.4;  // share that needs no second place, twice what benches that look alike show
 
-double LogOddsOf(const Agreement& agreement, double by_chance) {
-  const double visible = std::max<double>(agreement.visible, kLeastInView), found = agreement.found;
+double LogOddsOf(double found, double in_view, double by_chance) {
+  const double visible = std::max(in_view, kLeastInView);
   const double share = std::min(found / visible, 0.99), chance = std::min(by_chance, 0.98);
   if (share <= chance) return 0.0;
   return found * std::log(share / chance) + (visible - found) * std::log((1.0 - share) / (1.0 - chance));
+}
+
+double LogOddsOf(const Agreement& agreement, double by_chance) {
+  return LogOddsOf(agreement.found, agreement.visible, by_chance);
 }
 
 template <class T>
@@ -198,8 +210,39 @@ bool SightBelief::StandsOut(const SightedPlace& best) const {
     if (other.log_odds > kBelieved && other.agreement.share() > kRivalShare * best.agreement.share()) return false;
   }
   if (best.with_expected) return true;
+  if (!IsSure(best)) return false;
   const double look_alike = kTimesLookAlike * map_->LookAlikeShareAt(best.T_map_base, views_);
   return LogOddsOf(best.agreement, look_alike) >= enough;
+}
+
+bool SightBelief::IsSure(const SightedPlace& best) const { return IsPlaced(best) && IsItself(best); }
+
+bool SightBelief::IsPlaced(const SightedPlace& best) const {
+  const Eigen::Matrix2d position = best.covariance.topLeftCorner<2, 2>();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(position);
+  if (axes.eigenvalues()[1] > kSure * kSure) return false;
+  Eigen::Vector3d along = Eigen::Vector3d::Zero();  // m^-1
+  along.head<2>() = axes.eigenvectors().col(1);
+  along.z() = best.covariance.block<1, 2>(2, 0).dot(position.ldlt().solve(along.head<2>()).transpose());
+  for (const double distance : {-2.0 * kBeside, -kBeside, kBeside, 2.0 * kBeside}) {
+    const SightedPlace other = Weigh(Settle(map_->table(), best.T_map_base * ExpSe2(distance * along), views_), views_);
+    const double off = (other.T_map_base.translation - best.T_map_base.translation).norm();
+    if (off > 0.5 * kBeside && other.agreement.share() > kAsGood * best.agreement.share()) return false;
+  }
+  return true;
+}
+
+bool SightBelief::IsItself(const SightedPlace& best) const {
+  const AgreementByKind by_kind = CompareByKind(map_->table(), best.T_map_base, views_, kWindow);
+  const double of_one_kind = std::max(kByChance, kOfOneKind * best.agreement.share());
+  if (LogOddsOf(by_kind.unique.found, by_kind.unique.visible, of_one_kind) >= kBelieved) return true;
+  if (best.agreement.share() < kAlikeShare) return false;
+  // Where little is unique it cannot tell, and must not contradict.
+  const AgreementByKind::Count &alike = by_kind.steady_alike, &unique = by_kind.steady_unique;
+  const double share = (alike.found + 1.0) / (alike.visible + 4.0);
+  return unique.found * -std::log(kOfOneKind) +
+             (unique.visible - unique.found) * std::log((1.0 - share) / (1.0 - kOfOneKind * share)) >
+         -kRefuted;
 }
 
 }  // namespace planar_vslam

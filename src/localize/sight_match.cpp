@@ -23,6 +23,15 @@ struct Sight {
   Eigen::Vector2d pixel;
   double scale;  // of the keypoint's octave
   const SightView* view;
+  std::size_t landmark;  // in the table
+};
+
+// What comes of a look.
+struct Looked {
+  Agreement agreement;
+  bool listed = false;               // whether the rest is asked for
+  std::vector<std::size_t> visible;  // landmarks in the table, once for each view that should show them
+  std::vector<Sight> sights;
 };
 
 double HalfDiagonalCosine(const CameraModel& camera) {
@@ -58,7 +67,7 @@ class Looker {
     return sine >= farthest_cosine_ || p.z() >= limit * distance;
   }
 
-  void LookFor(std::size_t index, Agreement* agreement, std::vector<Sight>* sights) {
+  void LookFor(std::size_t index, Looked* looked) {
     const TableLandmark& landmark = table_.landmarks()[index];
     if ((landmark.headings & heading_) == 0) return;
     const Eigen::Vector3d ray = landmark.p_map - center_;
@@ -72,15 +81,16 @@ class Looker {
     if (pixel.x() < 0.0 || pixel.y() < 0.0 || pixel.x() >= camera.width || pixel.y() >= camera.height) return;
     const double distance = std::sqrt(distance2);
     if (ray.dot(landmark.view_direction) < kLeastCosViewAngle * distance) return;
-    ++agreement->visible;
+    ++looked->agreement.visible;
+    if (looked->listed) looked->visible.push_back(index);
     const int found = Find(index, pixel.cast<float>(), OctaveAt(landmark.max_distance / distance));
     if (found < 0) return;
-    ++agreement->found;
+    ++looked->agreement.found;
     taken_[static_cast<std::size_t>(found)] = true;
-    if (sights == nullptr) return;
+    if (!looked->listed) return;
     const Keypoint& keypoint = view_.view.features->keypoints[static_cast<std::size_t>(found)];
-    sights->push_back({landmark.p_map, keypoint.pixel.cast<double>(),
-                       table_.octave_scales()[static_cast<std::size_t>(keypoint.octave)], &view_});
+    looked->sights.push_back({landmark.p_map, keypoint.pixel.cast<double>(),
+                              table_.octave_scales()[static_cast<std::size_t>(keypoint.octave)], &view_, index});
   }
 
  private:
@@ -134,17 +144,18 @@ class Looker {
   std::vector<int> indices_, distances_;
 };
 
-Agreement Look(const LandmarkTable& table, const Rigid2& T_map_base, const std::vector<SightView>& views, double window,
-               std::vector<Sight>* sights) {
-  Agreement agreement;
+Looked Look(const LandmarkTable& table, const Rigid2& T_map_base, const std::vector<SightView>& views, double window,
+            bool listed) {
+  Looked looked;
+  looked.listed = listed;
   for (const SightView& view : views) {
     Looker looker(table, view, T_map_base, window);
     for (const LandmarkGroup& group : table.groups()) {
       if (!looker.MaySee(group)) continue;
-      for (std::size_t i = group.begin; i < group.end; ++i) looker.LookFor(i, &agreement, sights);
+      for (std::size_t i = group.begin; i < group.end; ++i) looker.LookFor(i, &looked);
     }
   }
-  return agreement;
+  return looked;
 }
 
 // A sum of squares of pixel errors over a right perturbation [x, y, angle], each weighted as Geman and McClure do:
@@ -153,7 +164,8 @@ struct Normal {
   Eigen::Matrix3d H = Eigen::Matrix3d::Identity();
   Eigen::Vector3d g = Eigen::Vector3d::Zero();
 
-  void Add(const Sight& sight, const Rigid2& T_map_base, double scale) {
+  // `weight`: 1 where the sight tells all that it shows.
+  void Add(const Sight& sight, const Rigid2& T_map_base, double scale, double weight) {
     const CameraModel& camera = sight.view->view.camera;
     const Rigid3 T_now_camera = Embed3(sight.view->T_now_base) * sight.view->view.T_base_camera;
     const Eigen::Vector3d p_now = Embed3(T_map_base).Inverse() * sight.p_map;
@@ -167,12 +179,22 @@ struct Normal {
     move << -1.0, 0.0, p_now.y(), 0.0, -1.0, -p_now.x(), 0.0, 0.0, 0.0;
     by_pose = by_point * T_now_camera.rotation.conjugate().toRotationMatrix() * move / sight.scale;
     const double root = 1.0 / (1.0 + error.squaredNorm() / (scale * scale));
-    H += root * root * by_pose.transpose() * by_pose;
-    g -= root * root * by_pose.transpose() * error;
+    H += weight * root * root * by_pose.transpose() * by_pose;
+    g -= weight * root * root * by_pose.transpose() * error;
   }
 };
 
-constexpr double kCorrelated = 9.0;  // matches that count as one: views share landmarks, and what is wrong with them
+constexpr double kCorrelated = 9.0;  // landmarks that count as one: neighbours share what is wrong with them
+
+// A landmark that lies wrong does so in all views: what a sight tells is shared among those of its landmark.
+std::vector<double> WeightsOf(const std::vector<Sight>& sights, std::size_t landmarks) {
+  std::vector<int> count(landmarks, 0);
+  for (const Sight& sight : sights) ++count[sight.landmark];
+  std::vector<double> weights;
+  weights.reserve(sights.size());
+  for (const Sight& sight : sights) weights.push_back(1.0 / count[sight.landmark]);
+  return weights;
+}
 
 // Where the place is without what is found, in units of matches.
 struct Prior {
@@ -180,9 +202,10 @@ struct Prior {
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
 };
 
-// Moves to where most landmarks lie best; the information there. Nothing where too few are found.
+// Moves to where most landmarks lie best; the information there, for which each landmark counts once if `each_once`.
+// Nothing where too few are found.
 std::optional<Eigen::Matrix3d> Descend(const LandmarkTable& table, const Prior& prior,
-                                       const std::vector<SightView>& views, Rigid2* T_map_base) {
+                                       const std::vector<SightView>& views, bool each_once, Rigid2* T_map_base) {
   constexpr std::array<double, 3> kWindows{30.0, 15.0, 8.0};  // px
   constexpr double kScale = 0.4;                              // of the window, of errors that count fully
   constexpr std::size_t kLeast = 6;                           // landmarks
@@ -190,14 +213,15 @@ std::optional<Eigen::Matrix3d> Descend(const LandmarkTable& table, const Prior& 
   constexpr double kStill = 1e-4;  // m or rad, of a step: some hundredths of a pixel
   Normal normal;
   for (const double window : kWindows) {
-    std::vector<Sight> sights;
-    Look(table, *T_map_base, views, window, &sights);
+    const std::vector<Sight> sights = Look(table, *T_map_base, views, window, true).sights;
     if (sights.size() < kLeast) return std::nullopt;
+    std::vector<double> weights(sights.size(), 1.0);
+    if (each_once) weights = WeightsOf(sights, table.landmarks().size());
     for (int step = 0; step < kSteps; ++step) {
       normal = Normal{};
       normal.H += prior.information;
       normal.g += prior.information * LogSe2(T_map_base->Inverse() * prior.T_map_base);
-      for (const Sight& sight : sights) normal.Add(sight, *T_map_base, kScale * window);
+      for (std::size_t i = 0; i < sights.size(); ++i) normal.Add(sights[i], *T_map_base, kScale * window, weights[i]);
       const Eigen::Vector3d move = normal.H.ldlt().solve(normal.g);
       *T_map_base = *T_map_base * ExpSe2(move);
       if (move.norm() < kStill) break;
@@ -210,14 +234,31 @@ std::optional<Eigen::Matrix3d> Descend(const LandmarkTable& table, const Prior& 
 
 Agreement Compare(const LandmarkTable& table, const Rigid2& T_map_base, const std::vector<SightView>& views,
                   double window) {
-  return Look(table, T_map_base, views, window, nullptr);
+  return Look(table, T_map_base, views, window, false).agreement;
+}
+
+AgreementByKind CompareByKind(const LandmarkTable& table, const Rigid2& T_map_base, const std::vector<SightView>& views,
+                              double window) {
+  const Looked looked = Look(table, T_map_base, views, window, true);
+  std::vector<int> visible(table.landmarks().size(), 0), found(table.landmarks().size(), 0);
+  for (const std::size_t i : looked.visible) ++visible[i];
+  for (const Sight& sight : looked.sights) ++found[sight.landmark];
+  AgreementByKind agreement;
+  for (std::size_t i = 0; i < visible.size(); ++i) {
+    const TableLandmark& landmark = table.landmarks()[i];
+    if (visible[i] == 0) continue;
+    const double share = static_cast<double>(found[i]) / visible[i];
+    if (landmark.unique) agreement.unique.Add(share);
+    if (landmark.steady) (landmark.unique ? agreement.steady_unique : agreement.steady_alike).Add(share);
+  }
+  return agreement;
 }
 
 SettledPlace Settle(const LandmarkTable& table, const Rigid2& guess, const std::vector<SightView>& views) {
   constexpr double kSigma = 0.06;  // m, that odometry between the views and the height of the camera leave
   constexpr double kSigmaAngle = DegreesToRadians(0.7);
   SettledPlace place{guess};
-  const std::optional<Eigen::Matrix3d> H = Descend(table, Prior{guess}, views, &place.T_map_base);
+  const std::optional<Eigen::Matrix3d> H = Descend(table, Prior{guess}, views, true, &place.T_map_base);
   if (!H.has_value()) return place;
   const Eigen::Vector3d model(kSigma, kSigma, kSigmaAngle);
   place.covariance = kCorrelated * H->inverse();
@@ -231,7 +272,7 @@ SettledPlace SettleExpected(const LandmarkTable& table, const SettledPlace& expe
   place.with_expected = true;
   const double weight = kCorrelated / news;
   const Prior prior{expected.T_map_base, weight * expected.covariance.inverse()};
-  const std::optional<Eigen::Matrix3d> H = Descend(table, prior, views, &place.T_map_base);
+  const std::optional<Eigen::Matrix3d> H = Descend(table, prior, views, false, &place.T_map_base);
   if (H.has_value()) place.covariance = weight * H->inverse();
   return place;
 }

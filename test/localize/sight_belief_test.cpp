@@ -30,16 +30,19 @@ class Driver {
     expected_->covariance = Eigen::Vector3d(kDistance, kDistance, kAngle).cwiseAbs2().asDiagonal();
   }
 
-  // The robot drives to its next place and sees this share of the landmarks there.
-  void See(double share) {
+  // The robot drives to its next place and sees this share of the landmarks there; `of_its_own`: those with odd
+  // numbers, too.
+  void See(double share, bool of_its_own = true) {
     const Rigid3 T_map_base = test::SyntheticPose(x_);
     const Rigid2 moved = ProjectToPlane(test::SyntheticPose(x_ - kStep).Inverse() * T_map_base);
     if (views_ > 0) belief_.Move(moved);
     if (views_ > 0 && expected_.has_value()) expected_->T_map_base = expected_->T_map_base * moved;
     const auto view = test::Observe(shown_, T_map_base * shown_.T_base_camera, 0.5, ++views_);
     auto features = std::make_shared<FrameFeatures>(*view.features);
-    for (Descriptor& descriptor : features->descriptors) {
-      if (unit_(generator_) > share) descriptor = {generator_(), generator_(), generator_(), generator_()};
+    for (std::size_t i = 0; i < features->descriptors.size(); ++i) {
+      const bool shown = of_its_own || view.landmarks[i].value % 2 == 0;
+      if (!shown || unit_(generator_) > share)
+        features->descriptors[i] = {generator_(), generator_(), generator_(), generator_()};
     }
     ASSERT_TRUE(views_ == 1 || SightBelief::IsNewPlace(moved));
     belief_.AddView({features, shown_.T_base_camera, shown_.camera, PlanarPriorOptions{}, 1.0}, {}, expected_);
@@ -61,8 +64,10 @@ class Driver {
   std::uniform_real_distribution<double> unit_{0.0, 1.0};
 };
 
-// The map, and once more beside it.
-Map Twice(const test::SyntheticWorld& world, const Rigid3& T_map_twin) {
+// The map, and once more beside it. `of_one_kind`: there, only landmarks with even numbers, and in another order.
+Map Twice(const test::SyntheticWorld& world, const Rigid3& T_map_twin, bool of_one_kind = false) {
+  std::mt19937_64 generator(3);
+  std::uniform_real_distribution<double> anywhere(-1.0, 1.0);
   const auto count = static_cast<std::uint32_t>(world.map.keyframes.size());
   const auto landmarks = static_cast<std::uint32_t>(world.map.landmarks.size());
   MapEdit edit;
@@ -79,7 +84,9 @@ Map Twice(const test::SyntheticWorld& world, const Rigid3& T_map_twin) {
   for (const bool twin : {false, true}) {
     for (const auto& [id, landmark] : world.map.landmarks) {
       Landmark copy = landmark;
-      if (twin) copy.p_map = T_map_twin * landmark.p_map;
+      if (twin && of_one_kind && id.value % 2 != 0) continue;
+      if (twin && of_one_kind) copy.p_map += Eigen::Vector3d(anywhere(generator), anywhere(generator), 0.0);
+      if (twin) copy.p_map = T_map_twin * copy.p_map;
       for (Observation& o : copy.observations) o.keyframe.value += twin ? count : 0;
       copy.created_by = copy.observations.front().keyframe;
       edit.emplace_back(AddLandmark{LandmarkId{id.value + (twin ? landmarks : 0)}, copy});
@@ -133,6 +140,47 @@ TEST(SightBelief, TwinsAreToldApartByWhereTheRobotIsExpected) {
   expecting.See(0.9);
   ASSERT_TRUE(expecting.belief().Believed().has_value());
   EXPECT_LT((expecting.belief().Believed()->T_map_base.translation - expecting.truth().translation).norm(), 0.03);
+}
+
+// All landmarks on a wall 12 m ahead.
+test::SyntheticWorld WithFarWall(std::uint32_t seed) {
+  constexpr double kWall = 12.0;  // m
+  test::SyntheticWorld world = MakeWorld(seed);
+  MapEdit edit;
+  for (const auto& [id, landmark] : world.map.landmarks) {
+    Eigen::Vector3d& p = world.true_points[id.value];
+    p.y() = kWall;
+    edit.emplace_back(SetLandmarkPosition{id, p});
+  }
+  world.map = Apply(std::move(world.map), edit);
+  return world;
+}
+
+TEST(SightBelief, AFarWallAloneIsNoPlace) {
+  const test::SyntheticWorld world = WithFarWall(8);
+  Driver driver(world, world.map);
+  for (int place = 0; place < 4; ++place) {
+    driver.See(0.9);
+    EXPECT_FALSE(driver.belief().Believed().has_value()) << place;
+    ASSERT_FALSE(driver.belief().places().empty());
+    EXPECT_GT(driver.belief().places().front().agreement.share(), 0.4);
+  }
+}
+
+TEST(SightBelief, AnotherThingOfTheSameKindIsNoPlace) {
+  const test::SyntheticWorld world = MakeWorld(7);
+  const Map map = Twice(world, Embed3(Rigid2(0.0, 12.0, 0.3)), true);
+  Driver elsewhere(world, map), there(world, map);
+  for (int place = 0; place < 6; ++place) {
+    elsewhere.See(0.9, false);
+    EXPECT_FALSE(elsewhere.belief().Believed().has_value()) << place;
+    ASSERT_FALSE(elsewhere.belief().places().empty());
+    EXPECT_TRUE(IsSamePlace(elsewhere.belief().places().front().T_map_base, elsewhere.truth()));
+    EXPECT_GT(elsewhere.belief().places().front().agreement.share(), 0.4);
+  }
+  there.See(0.9);
+  ASSERT_TRUE(there.belief().Believed().has_value());
+  EXPECT_TRUE(IsSamePlace(there.belief().Believed()->T_map_base, there.truth()));
 }
 
 TEST(SightBelief, WhatIsFarFromWhereTheRobotIsExpectedHasToShowNearlyAll) {

@@ -17,6 +17,8 @@ struct TableLandmark {
   Eigen::Vector3d view_direction = Eigen::Vector3d::Zero();  // mean, from the cameras to the point
   double min_distance = 0.0, max_distance = 0.0;             // m, from which it is detected
   std::uint32_t headings = 0;  // bit i: seen by a camera that looked within 60 degrees of heading sector i
+  bool steady = false;         // looks much the same in all its images...
+  bool unique = true;          // ...and nothing elsewhere in the map looks like it
 };
 
 // Landmarks one behind the other in the table that one look can pass over: landmarks of one keyframe are neighbours.
@@ -48,6 +50,9 @@ class LandmarkTable {
   const std::vector<double>& octave_scales() const { return octave_scales_; }
 
  private:
+  // `sectors`: how each landmark is turned.
+  void FindUnique(const std::vector<std::size_t>& sectors);
+
   std::vector<TableLandmark> landmarks_;
   std::vector<LandmarkGroup> groups_;
   std::vector<Descriptor> descriptors_;

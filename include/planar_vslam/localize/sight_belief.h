@@ -9,10 +9,14 @@
 // what the map itself shows at another place of what it saw here: rows of benches, look-alike aisles.
 //
 // One place is believed when its odds exceed those of all places of the map against "unknown", and when no other place
-// comes near, three times, at three places, each where odometry leads from the other. Where odometry says where the
-// robot is expected, its covariance P makes the odds of a place there, d off, less by  d^T (P + Sigma)^-1 d / 2  and by
-// the log of how many places the covariance covers. Beyond its 99.9 % ellipse a place has to show what nothing but the
-// place itself shows.
+// comes near, three times, at three places, each where odometry leads from the other. A part of the room that was not
+// mapped may have things of the same kind: so the landmarks that are like nothing else in the map have to tell by
+// themselves. And a far wall tells the heading only together with where the robot is along it: the place has to be
+// known to some decimetres.
+//
+// Where odometry says where the robot is expected, its covariance P makes the odds of a place there, d off, less by
+// d^T (P + Sigma)^-1 d / 2  and by the log of how many places the covariance covers. Beyond its 99.9 % ellipse a place
+// has to show what nothing but the place itself shows.
 #include <memory>
 #include <optional>
 #include <vector>
@@ -59,6 +63,11 @@ class SightBelief {
   double News() const;
   // Whether it is the one place the views speak for, as far as they were looked at.
   bool StandsOut(const SightedPlace& best) const;
+  // Whether the views tell where the robot is in all directions...
+  bool IsPlaced(const SightedPlace& best) const;
+  // ...and that it is not at another thing of the same kind.
+  bool IsItself(const SightedPlace& best) const;
+  bool IsSure(const SightedPlace& best) const;
   void Count();
 
   std::shared_ptr<SightMap> map_;

@@ -26,6 +26,20 @@ struct Agreement {
 Agreement Compare(const LandmarkTable& table, const Rigid2& T_map_base, const std::vector<SightView>& views,
                   double window);
 
+// The same for landmarks that are like nothing elsewhere in the map, and for those that look steady, which are found
+// more often: another thing of the same kind shows the ones that are alike, and not the unique ones. Each landmark
+// tells once, however many images it should be in: by the share of them that show it.
+struct AgreementByKind {
+  struct Count {
+    double visible = 0.0, found = 0.0;
+
+    void Add(double share) { visible += 1.0, found += share; }
+  };
+  Count unique, steady_unique, steady_alike;
+};
+AgreementByKind CompareByKind(const LandmarkTable& table, const Rigid2& T_map_base, const std::vector<SightView>& views,
+                              double window);
+
 // A place, with its covariance: of a right perturbation [x, y, angle].
 struct SettledPlace {
   Rigid2 T_map_base;

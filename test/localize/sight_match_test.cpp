@@ -1,0 +1,44 @@
+#include "planar_vslam/localize/sight_match.h"
+
+#include <gtest/gtest.h>
+
+#include "support/synthetic_map.h"
+
+namespace planar_vslam {
+namespace {
+
+SightView ViewFrom(const test::SyntheticWorld& world, const Rigid3& T_map_base, const Rigid3& T_map_now) {
+  const auto seen = test::Observe(world, T_map_base * world.T_base_camera, 0.5, 1);
+  return {ProjectToPlane(T_map_now.Inverse() * T_map_base),
+          CameraView{seen.features, world.T_base_camera, world.camera, PlanarPriorOptions{}, 1.0}};
+}
+
+TEST(SightMatch, LandmarksThatAreSeenAgainTellNothingNew) {
+  const test::SyntheticWorld world = MakeSyntheticWorld(test::SyntheticWorldOptions{});
+  const LandmarkTable table(world.map);
+  const Rigid3 T_map_base = test::SyntheticPose(0.8);
+  const std::vector<SightView> once{ViewFrom(world, T_map_base, T_map_base)};
+  const std::vector<SightView> often(15, once.front());
+  const Rigid2 guess = ProjectToPlane(T_map_base) * Rigid2(0.05, -0.03, 0.01);
+  const SettledPlace by_one = Settle(table, guess, once), by_many = Settle(table, guess, often);
+  EXPECT_LT((by_one.T_map_base.translation - ProjectToPlane(T_map_base).translation).norm(), 0.02);
+  EXPECT_TRUE(by_many.covariance.isApprox(by_one.covariance, 0.01));
+}
+
+TEST(SightMatch, EachUniqueLandmarkCountsOnce) {
+  const test::SyntheticWorld world = MakeSyntheticWorld(test::SyntheticWorldOptions{});
+  const LandmarkTable table(world.map);
+  const Rigid3 T_map_base = test::SyntheticPose(0.8);
+  const std::vector<SightView> twice(2, ViewFrom(world, T_map_base, T_map_base));
+  constexpr double kWindow = 6.0;
+  const Agreement all = Compare(table, ProjectToPlane(T_map_base), twice, kWindow);
+  const AgreementByKind by_kind = CompareByKind(table, ProjectToPlane(T_map_base), twice, kWindow);
+  EXPECT_GT(all.found, 100);
+  EXPECT_DOUBLE_EQ(2.0 * by_kind.unique.visible, all.visible);
+  EXPECT_DOUBLE_EQ(2.0 * by_kind.unique.found, all.found);
+  EXPECT_DOUBLE_EQ(by_kind.steady_unique.visible, by_kind.unique.visible);  // descriptors are the same in all views
+  EXPECT_DOUBLE_EQ(by_kind.steady_alike.visible, 0.0);
+}
+
+}  // namespace
+}  // namespace planar_vslam
