@@ -21,8 +21,8 @@ constexpr double kNear = 0.1;  // m, in front of the camera
 struct Sight {
   Eigen::Vector3d p_map;
   Eigen::Vector2d pixel;
-  double scale;  // of the keypoint's octave
-  const SightView* view;
+  double scale;          // of the keypoint's octave
+  std::size_t view;      // of those looked at
   std::size_t landmark;  // in the table
 };
 
@@ -43,16 +43,18 @@ double HalfDiagonalCosine(const CameraModel& camera) {
 // Looks for all landmarks of a table in one view.
 class Looker {
  public:
-  Looker(const LandmarkTable& table, const SightView& view, const Rigid2& T_map_base, double window)
+  Looker(const LandmarkTable& table, const std::vector<SightView>& views, std::size_t index, const Rigid2& T_map_base,
+         double window)
       : table_(table),
-        view_(view),
-        T_camera_map_((Embed3(T_map_base * view.T_now_base) * view.view.T_base_camera).Inverse()),
+        view_(views[index]),
+        index_(index),
+        T_camera_map_((Embed3(T_map_base * view_.T_now_base) * view_.view.T_base_camera).Inverse()),
         center_(T_camera_map_.Inverse().translation),
         rotation_(T_camera_map_.rotation.toRotationMatrix()),
         heading_(1U << LandmarkTable::SectorOf(std::atan2(rotation_(2, 1), rotation_(2, 0)))),
-        farthest_cosine_(HalfDiagonalCosine(view.view.camera)),
+        farthest_cosine_(HalfDiagonalCosine(view_.view.camera)),
         window_(window),
-        taken_(view.view.features->keypoints.size(), false) {}
+        taken_(view_.view.features->keypoints.size(), false) {}
 
   // Whether one of them may be in view.
   bool MaySee(const LandmarkGroup& group) const {
@@ -90,7 +92,7 @@ class Looker {
     if (!looked->listed) return;
     const Keypoint& keypoint = view_.view.features->keypoints[static_cast<std::size_t>(found)];
     looked->sights.push_back({landmark.p_map, keypoint.pixel.cast<double>(),
-                              table_.octave_scales()[static_cast<std::size_t>(keypoint.octave)], &view_, index});
+                              table_.octave_scales()[static_cast<std::size_t>(keypoint.octave)], index_, index});
   }
 
  private:
@@ -134,6 +136,7 @@ class Looker {
 
   const LandmarkTable& table_;
   const SightView& view_;
+  std::size_t index_;  // of the view
   Rigid3 T_camera_map_;
   Eigen::Vector3d center_;
   Eigen::Matrix3d rotation_;
@@ -148,8 +151,8 @@ Looked Look(const LandmarkTable& table, const Rigid2& T_map_base, const std::vec
             bool listed) {
   Looked looked;
   looked.listed = listed;
-  for (const SightView& view : views) {
-    Looker looker(table, view, T_map_base, window);
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    Looker looker(table, views, v, T_map_base, window);
     for (const LandmarkGroup& group : table.groups()) {
       if (!looker.MaySee(group)) continue;
       for (std::size_t i = group.begin; i < group.end; ++i) looker.LookFor(i, &looked);
@@ -158,6 +161,18 @@ Looked Look(const LandmarkTable& table, const Rigid2& T_map_base, const std::vec
   return looked;
 }
 
+// Where a view's camera is from where the robot is now.
+struct ViewFromNow {
+  explicit ViewFromNow(const SightView& view)
+      : camera(&view.view.camera), T_camera_now((Embed3(view.T_now_base) * view.view.T_base_camera).Inverse()) {
+    rotation = T_camera_now.rotation.toRotationMatrix();
+  }
+
+  const CameraModel* camera;
+  Rigid3 T_camera_now;
+  Eigen::Matrix3d rotation;
+};
+
 // A sum of squares of pixel errors over a right perturbation [x, y, angle], each weighted as Geman and McClure do:
 // most matches around a wrong guess are wrong.
 struct Normal {
@@ -165,19 +180,19 @@ struct Normal {
   Eigen::Vector3d g = Eigen::Vector3d::Zero();
 
   // `weight`: 1 where the sight tells all that it shows.
-  void Add(const Sight& sight, const Rigid2& T_map_base, double scale, double weight) {
-    const CameraModel& camera = sight.view->view.camera;
-    const Rigid3 T_now_camera = Embed3(sight.view->T_now_base) * sight.view->view.T_base_camera;
-    const Eigen::Vector3d p_now = Embed3(T_map_base).Inverse() * sight.p_map;
-    const Eigen::Vector3d p = T_now_camera.Inverse() * p_now;
+  void Add(const Sight& sight, const ViewFromNow& view, const Rigid2& T_now_map, double scale, double weight) {
+    const CameraModel& camera = *view.camera;
+    Eigen::Vector3d p_now = sight.p_map;
+    p_now.head<2>() = T_now_map * Eigen::Vector2d(sight.p_map.head<2>());
+    const Eigen::Vector3d p = view.rotation * p_now + view.T_camera_now.translation;
     if (p.z() <= kNear) return;
     const Eigen::Vector2d error = (camera.ProjectUndistorted(p) - sight.pixel) / sight.scale;
-    Eigen::Matrix<double, 2, 3> by_point, by_pose;
+    Eigen::Matrix<double, 2, 3> by_point;
     by_point << camera.fx / p.z(), 0.0, -camera.fx * p.x() / (p.z() * p.z()), 0.0, camera.fy / p.z(),
         -camera.fy * p.y() / (p.z() * p.z());
     Eigen::Matrix3d move;  // of p_now by the perturbation
     move << -1.0, 0.0, p_now.y(), 0.0, -1.0, -p_now.x(), 0.0, 0.0, 0.0;
-    by_pose = by_point * T_now_camera.rotation.conjugate().toRotationMatrix() * move / sight.scale;
+    const Eigen::Matrix<double, 2, 3> by_pose = by_point * (view.rotation * move) / sight.scale;
     const double root = 1.0 / (1.0 + error.squaredNorm() / (scale * scale));
     H += weight * root * root * by_pose.transpose() * by_pose;
     g -= weight * root * root * by_pose.transpose() * error;
@@ -211,6 +226,7 @@ std::optional<Eigen::Matrix3d> Descend(const LandmarkTable& table, const Prior& 
   constexpr std::size_t kLeast = 6;                           // landmarks
   constexpr int kSteps = 6;
   constexpr double kStill = 1e-4;  // m or rad, of a step: some hundredths of a pixel
+  const std::vector<ViewFromNow> from_now(views.begin(), views.end());
   Normal normal;
   for (const double window : kWindows) {
     const std::vector<Sight> sights = Look(table, *T_map_base, views, window, true).sights;
@@ -221,7 +237,9 @@ std::optional<Eigen::Matrix3d> Descend(const LandmarkTable& table, const Prior& 
       normal = Normal{};
       normal.H += prior.information;
       normal.g += prior.information * LogSe2(T_map_base->Inverse() * prior.T_map_base);
-      for (std::size_t i = 0; i < sights.size(); ++i) normal.Add(sights[i], *T_map_base, kScale * window, weights[i]);
+      const Rigid2 T_now_map = T_map_base->Inverse();
+      for (std::size_t i = 0; i < sights.size(); ++i)
+        normal.Add(sights[i], from_now[sights[i].view], T_now_map, kScale * window, weights[i]);
       const Eigen::Vector3d move = normal.H.ldlt().solve(normal.g);
       *T_map_base = *T_map_base * ExpSe2(move);
       if (move.norm() < kStill) break;
