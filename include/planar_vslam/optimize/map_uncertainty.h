@@ -21,16 +21,18 @@
 
 namespace planar_vslam {
 
-// Shares by which a source of motion may read wrong throughout.
+// Shares by which a source of motion may read wrong throughout. That of the wheels is between that of random worlds 1 to
+// 12, whose maps are 1 % off without a laser, and of the recorded drives, with half a percent.
 struct SystematicErrors {
-  double wheels = 0.005;
+  double wheels = 0.0075;
   double laser = 0.0005;
   double turn = 0.02;
   bool learn = true;
 
   template <class Self, class Visitor>
   static void Visit(Self& o, Visitor& v) {
-    v("wheels", o.wheels, unit::kNone, bound::Positive(), "of the wheels, once calibrated");
+    v("wheels", o.wheels, unit::kNone, bound::Positive(), "of the wheels' ways, before anything is learned of them",
+      Origin::kFitted);
     v("laser", o.laser, unit::kNone, bound::Positive(), "of the laser, whose metre is its clock", Origin::kFitted);
     v("turn", o.turn, unit::kNone, bound::Positive(), "of the wheels' turns, before anything is learned of them");
     v("learn", o.learn, "what the wheels read wrong is learned while a map grows, and corrected");
