@@ -45,6 +45,10 @@ void Tracker::StartAt(const Map& map, const Rigid3& T_map_base, const Matrix6d& 
   last_->given = true;
 }
 
+std::optional<Rigid3> Tracker::LastPose(const Map& map) const {
+  return last_.has_value() ? std::optional(last_->T_map_base(map)) : std::nullopt;
+}
+
 void Tracker::OnMapScaled(const Map& map, double scale) {
   if (!last_.has_value()) return;
   const Keyframe* reference = map.keyframes.Find(last_->reference);

@@ -15,6 +15,8 @@
 namespace planar_vslam {
 namespace {
 
+constexpr int kRetiringNiceness = 10;  // nobody waits for it
+
 // Without odometry only the images themselves can start a map.
 PipelineOptions UsableOptions(PipelineOptions options, bool with_odometry) {
   if (!with_odometry) options.initializer.mode = InitializationMode::kVisual;
@@ -44,7 +46,8 @@ Estimator::Estimator(const EstimatorSettings& settings)
     : settings_(UsableSettings(settings)),
       model_(MeasurementModelOf(settings_.options, settings_.camera, settings_.has_base)),
       mode_(settings.options.mode),
-      map_camera_(settings.camera) {
+      map_camera_(settings.camera),
+      retiring_(MakeExecutor(settings.schedule, kRetiringNiceness)) {
   Restart();
 }
 
@@ -89,19 +92,19 @@ FrameReport Estimator::Process(const FramePacket& packet) {
   FrameReport report;
   report.stamp = packet.image.stamp;
   FollowMap(false, &report.times);
-  const std::optional<Rigid3> T_known_base =
-      session.known.has_value() ? session.known->Locate(packet) : std::optional<Rigid3>();
   std::shared_ptr<const Map> new_map;
-  const KeyframeSlot slot = session.mapping.has_value() ? session.mapping->slot() : KeyframeSlot::kNone;
+  const KeyframeSlot slot = session.mapping != nullptr ? session.mapping->slot() : KeyframeSlot::kNone;
   const bool may_make_map = mode_ == RunMode::kMapping;
   TrackedFrame frame = session.localization->Locate(packet, slot, &report, may_make_map ? &new_map : nullptr);
+  std::optional<Rigid3> T_known_base;
+  if (session.known != nullptr) T_known_base = session.known->Locate(packet, frame.features, &report.times);
   if (std::exchange(session.joined, false)) {
     report.joined = true;
     if (report.T_map_base.has_value()) report.state = TrackingState::kRelocalized;
   }
   session.seen = session.seen || (session.localization->map() != nullptr && report.inliers > 0);
-  if (session.seen) session.own.reset();
-  if (!session.known.has_value() && MayMapOnItsOwn()) StartOwnMap(packet, &frame, &report, &new_map);
+  if (session.seen && session.own != nullptr) EndOn(retiring_.get(), std::move(session.own));
+  if (session.known == nullptr && MayMapOnItsOwn()) StartOwnMap(packet, &frame, &report, &new_map);
   session.Count(report, frame.step);
   view_ = ViewOf(packet.image.image, frame.features, frame.track, packet.T_base_camera, model_.camera,
                  session.localization->map().get());
@@ -109,7 +112,7 @@ FrameReport Estimator::Process(const FramePacket& packet) {
     StartMapping(new_map, frame.step.has_value());
     session.mapping->AddSweeps(packet, *frame.number);
     session.report.keyframes_made = static_cast<long>(new_map->keyframes.size());
-  } else if (session.mapping.has_value()) {
+  } else if (session.mapping != nullptr) {
     if (T_known_base.has_value() && frame.track.wants_keyframe) session.mapping->Meet({report.stamp, *T_known_base});
     if (!report.metric && report.waiting_for.empty()) report.waiting_for = session.mapping->scale_missing();
     report.keyframe = session.mapping->Add(packet, std::move(frame), session.localization->trajectory());
@@ -128,12 +131,13 @@ FrameReport Estimator::Process(const FramePacket& packet) {
 
 // Passes the changes of the map on to localization and report.
 void Estimator::FollowMap(bool wait, StageTimes* times) {
-  if (!session_->mapping.has_value()) return;
+  if (session_->mapping == nullptr) return;
   const Stopwatch following;
   const std::vector<MapChange> changes = session_->mapping->Collect(wait);
   for (const MapChange& change : changes) {
     session_->localization->Follow(change);
     session_->Count(change, settings_.options.scale.max_sigma);
+    if (change.joined.has_value()) EndOn(retiring_.get(), std::move(session_->known));
     if (change.wheels.has_value()) input_->corrector.Take(*change.wheels);
     times->insert(times->end(), change.times.begin(), change.times.end());
   }
@@ -148,7 +152,7 @@ void Estimator::WaitForMap() {
 
 Expected<bool> Estimator::Finish() {
   WaitForMap();
-  if (!session_->mapping.has_value()) return true;
+  if (session_->mapping == nullptr) return true;
   const bool adjust = settings_.options.final_bundle_adjustment;
   Expected<MapChange> finished = session_->mapping->Finish(session_->localization->trajectory(), adjust);
   if (!finished.ok()) {
@@ -169,10 +173,8 @@ void Estimator::FollowSweeps() {
 }
 
 void Estimator::StartSession(std::shared_ptr<const Map> map) {
-  // Jobs of the session before cannot be stopped, and nobody has to wait for them.
-  std::shared_ptr<Session> before = std::move(session_);
-  if (before != nullptr)
-    retired_ = std::async(std::launch::async, [before = std::move(before)]() mutable { before.reset(); });
+  // Its jobs cannot be stopped, and nobody has to wait for them.
+  if (session_ != nullptr) EndOn(retiring_.get(), std::move(session_));
   session_ = std::make_unique<Session>(settings_, model_);
   view_ = {};
   session_->report.wheels = UnknownWheelErrors(settings_.options.systematic);
@@ -184,8 +186,9 @@ void Estimator::StartSession(std::shared_ptr<const Map> map) {
 
 void Estimator::StartMapping(std::shared_ptr<const Map> map, bool may_link) {
   const MapJobsContext context{MapperContextOf(settings_.options, model_), settings_.options.scale};
-  session_->mapping.emplace(context, std::move(map), settings_.schedule, may_link, session_->report.wheels,
-                            session_->known.has_value() ? session_->known->map() : nullptr);
+  session_->mapping =
+      std::make_unique<Mapping>(context, std::move(map), settings_.schedule, may_link, session_->report.wheels,
+                                session_->known != nullptr ? session_->known->map() : nullptr);
 }
 
 bool Estimator::MayMapOnItsOwn() const {
@@ -206,8 +209,8 @@ void Estimator::StartOwnMap(const FramePacket& packet, TrackedFrame* frame, Fram
   by_own_map.stamp = report->stamp;
   TrackedFrame own_frame = session.own->Locate(packet, KeyframeSlot::kNone, &by_own_map, new_map);
   if (*new_map == nullptr) return;
-  session.mapping.reset();
-  session.known.emplace(std::exchange(session.localization, std::move(session.own)));
+  if (session.mapping != nullptr) EndOn(retiring_.get(), std::move(session.mapping));
+  session.known = std::make_unique<KnownMap>(std::exchange(session.localization, std::move(session.own)));
   session.report.own_map = true;
   *frame = std::move(own_frame);
   *report = std::move(by_own_map);
@@ -244,14 +247,14 @@ Expected<bool> Estimator::SetMode(RunMode mode) {
   if (mode == RunMode::kLocalization) {
     if (map() == nullptr) return Error{"mode localization: expected a map to localize in, but there is none yet"};
     WaitForMap();
-    if (session_->mapping.has_value()) {
+    if (session_->mapping != nullptr) {
       (void)session_->mapping->Finish(session_->localization->trajectory(), false);
       FollowSweeps();
     }
     session_->mapping.reset();
-    session_->own.reset();
-    const bool beside_known = session_->known.has_value();
-    session_->known.reset();  // two maps that stay two
+    if (session_->own != nullptr) EndOn(retiring_.get(), std::move(session_->own));
+    const bool beside_known = session_->known != nullptr;
+    if (beside_known) EndOn(retiring_.get(), std::move(session_->known));  // two maps that stay two
     session_->localization->UseSweeps();
     if (!beside_known) loaded_map_ = map();  // a restart starts in it again
   } else {
@@ -280,14 +283,13 @@ Expected<bool> Estimator::StartAt(const Rigid3& T_map_base, const Matrix6d& cova
                              distance, kFarthest)};
   }
   session_->localization->StartAt(T_map_base, covariance);
-  if (session_->mapping.has_value()) session_->mapping->BreakMotion();
+  if (session_->mapping != nullptr) session_->mapping->BreakMotion();
   return true;
 }
 
 Expected<bool> Estimator::AdjustMap() {
   if (map() == nullptr) return Error{"expected a map to adjust, but there is none yet"};
-  if (!session_->mapping.has_value())
-    return Error{"the map stays as it is in mode localization; expected mode mapping"};
+  if (session_->mapping == nullptr) return Error{"the map stays as it is in mode localization; expected mode mapping"};
   session_->mapping->AdjustWholeMap();
   return true;
 }

@@ -22,7 +22,6 @@ void Estimator::Session::Count(const MapChange& change, double max_scale_sigma) 
   if (change.joined.has_value()) {
     report.joined = change.joined;
     report.joined->in_map = last_frame;
-    known.reset();
     joined = true;
   }
   if (change.scaled.has_value()) report.scale = change.scaled;

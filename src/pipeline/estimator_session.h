@@ -18,14 +18,14 @@ struct Estimator::Session {
 
   std::unique_ptr<Localization> localization;
   std::unique_ptr<Localization> own;  // waits for a map of its own while the loaded one is not seen
-  std::optional<KnownMap> known;      // the loaded one, while the drive maps on its own beside it
+  std::unique_ptr<KnownMap> known;    // the loaded one, while the drive maps on its own beside it
   bool joined = false;                // with it, since the last frame
   bool seen = false;                  // a map, by the camera
   EstimatorReport report;
   bool slipping = false;  // the last frame was
   double distance = 0.0;  // m, driven by the wheels since the first frame
   Timestamp last_frame;
-  std::optional<Mapping> mapping;  // while the map grows; last: its jobs end before the rest goes
+  std::unique_ptr<Mapping> mapping;  // while the map grows; last: its jobs end before the rest goes
 };
 
 }  // namespace planar_vslam

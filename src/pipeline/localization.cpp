@@ -67,16 +67,20 @@ void Localization::Follow(const MapChange& change) {
     trajectory_.OnScaled(*known_.map, change.scaled->applied);
     tracker_.OnMapScaled(*known_.map, change.scaled->applied);
   }
+  last_.T_map_base = tracker_.LastPose(*known_.map).value_or(last_.T_map_base);
   if (change.accuracy.has_value()) known_.accuracy = change.accuracy;
   if (change.wheels.has_value()) known_.wheel_noise = change.wheels->noise;
 }
 
 TrackedFrame Localization::Locate(const FramePacket& packet, KeyframeSlot slot, FrameReport* report,
-                                  std::shared_ptr<const Map>* new_map) {
+                                  std::shared_ptr<const Map>* new_map, FrameFeaturesPtr features) {
   TrackedFrame frame;
-  const Stopwatch extracting;
-  frame.features = Extract(&extractor_, packet.image.image, known_.map == nullptr, feature_count_);
-  report->times.push_back({"frame.extract", extracting.Milliseconds()});
+  frame.features = std::move(features);
+  if (frame.features == nullptr) {
+    const Stopwatch extracting;
+    frame.features = Extract(&extractor_, packet.image.image, known_.map == nullptr, feature_count_);
+    report->times.push_back({"frame.extract", extracting.Milliseconds()});
+  }
   if (!packet.odometry.empty()) {
     frame.step = Noisier(Preintegrate(packet.odometry, model_.odometry_noise), known_.wheel_noise);
   }
@@ -134,7 +138,7 @@ void Localization::Track(const FramePacket& packet, KeyframeSlot slot, TrackedFr
   if (found) input.odometry = PlanarMotion{};  // the frame is where it was found
   input.may_jump = relocalizer_.ViewMayJump();
   if (!grows && input.odometry.has_value() && tracker_.localized())
-    input.fix = relocalizer_.FixByLaser(packet, Moved(LastFix(), *input.odometry));
+    input.fix = relocalizer_.FixByLaser(packet, Moved(*LastFix(), *input.odometry));
   frame->track = tracker_.Track(input, *known_.map);
   if (found) frame->track.jumped = true;
   WeighView(packet, was_localized, frame);
@@ -181,7 +185,7 @@ void Localization::Slew(const std::optional<PlanarMotion>& step, FrameReport* re
 
 bool Localization::FindPlace(const FramePacket& packet, const TrackedFrame& frame, bool map_grows) {
   PlaceQuery query{packet, known_.map, frame.step, std::nullopt, map_grows};
-  if (tracker_.localized()) query.last = LastFix();
+  query.last = LastFix();
   const std::optional<PlanarFix> found = relocalizer_.Find(query);
   if (!found.has_value()) return false;
   Matrix6d covariance = Matrix6d::Zero();
@@ -205,8 +209,9 @@ void Localization::WeighView(const FramePacket& packet, bool was_localized, Trac
   }
 }
 
-PlanarFix Localization::LastFix() const {
-  return {ProjectToPlane(last_.T_map_base), last_.covariance(kPlanarRows, kPlanarRows)};
+std::optional<PlanarFix> Localization::LastFix() const {
+  if (!tracker_.localized()) return std::nullopt;
+  return PlanarFix{ProjectToPlane(last_.T_map_base), last_.covariance(kPlanarRows, kPlanarRows)};
 }
 
 CameraView Localization::ViewOf(const FramePacket& packet, const TrackedFrame& frame) const {

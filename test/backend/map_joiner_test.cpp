@@ -49,6 +49,31 @@ TEST_F(MapJoinerTest, ItsCorrectionMakesTheSameOfBothMaps) {
   test::ExpectSameMap(rebased, *(*joined)->map);
 }
 
+TEST_F(MapJoinerTest, AKeyframeThatIsMadeMeanwhileGoesAlong) {
+  MapJoiner joiner(known_, context_);
+  const auto joined = joiner.Try(growing_, MeetingsOf(poses_));
+  ASSERT_TRUE(joined.ok() && joined->has_value());
+  const Rigid3 truth = Poses(1.1, 11).back();
+  const KeyframeId last = std::prev(growing_.keyframes.end())->first, added{growing_.next_keyframe_id};
+  Keyframe keyframe = growing_.keyframes.At(last);
+  keyframe.T_map_base = kElsewhere * truth;
+  keyframe.odometry_link = MotionLink{last, test::ExactOdometry(world_, poses_.back(), truth)};
+  keyframe.landmarks.assign(keyframe.landmarks.size(), LandmarkId());
+  Landmark landmark;
+  const Eigen::Vector3d p_world(2.0, 1.0, 0.5);
+  landmark.p_map = kElsewhere * p_world;
+  landmark.observations = {{added, 0}};
+  landmark.created_by = added;
+  const LandmarkId made{growing_.next_landmark_id};
+  const Map now = Apply(growing_, {AddKeyframe{added, keyframe}, AddLandmark{made, landmark}});
+
+  const Map rebased = Rebase(UnionOf(*known_, now), (*joined)->correction);
+  EXPECT_EQ(Validate(rebased), std::vector<std::string>{});
+  EXPECT_LT(Distance(rebased.keyframes.At(added).T_map_base, truth), 0.03);
+  EXPECT_LT((rebased.landmarks.At(made).p_map - p_world).norm(), 0.03);
+  EXPECT_EQ(rebased.keyframes.At(added).odometry_link->from, last);
+}
+
 TEST_F(MapJoinerTest, FindsPlacesByItselfWhereNobodyMeetsThem) {
   MapJoiner joiner(known_, context_);
   const auto joined = joiner.Try(growing_, {});

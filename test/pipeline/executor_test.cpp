@@ -52,6 +52,22 @@ TEST(WorkerExecutor, FinishesQueuedJobsOnDestruction) {
   EXPECT_EQ(finished, 20);
 }
 
+TEST(WorkerExecutor, EndsWhatHasToWaitWhileTheCallerGoesOn) {
+  struct Waits {
+    ~Waits() { *ended = go_on.wait_for(std::chrono::seconds(10)) == std::future_status::ready; }
+    std::future<void> go_on;
+    bool* ended;
+  };
+  std::promise<void> gate;
+  bool ended = false;
+  {
+    WorkerExecutor executor;
+    EndOn(&executor, std::unique_ptr<Waits>(new Waits{gate.get_future(), &ended}));
+    gate.set_value();
+  }
+  EXPECT_TRUE(ended) << "the caller came to open the gate, and the executor waited for the end";
+}
+
 TEST(WorkerExecutor, StopsWithoutEverHavingWorked) { const WorkerExecutor executor; }
 
 }  // namespace

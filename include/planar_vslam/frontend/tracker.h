@@ -158,6 +158,8 @@ class Tracker {
   // given up after some blind frames: the robot is then looked for in the whole map. `map` has a keyframe.
   void StartAt(const Map& map, const Rigid3& T_map_base, const Matrix6d& covariance);
   bool localized() const { return last_.has_value(); }
+  // Where the last frame is in the map as it is now; nothing while frames have no pose.
+  std::optional<Rigid3> LastPose(const Map& map) const;
   // Where the search for the place of the last frame would put it, with too few inliers too.
   const std::vector<Placement>& seen_places() const { return places_.seen(); }
   // The map was scaled as a whole: relative motions of the camera scale with it.

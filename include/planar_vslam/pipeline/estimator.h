@@ -10,9 +10,8 @@
 //   estimator.Snapshot();                                     // map, trajectory, camera: at any time
 //
 // Between measurements commands may come at any time: LoadMap, SetMode, StartAt, AdjustMap, Restart. One that cannot be
-// carried out is an Error of one line and changes nothing. One thread calls; no call waits for a job but Finish and
-// SetMode.
-#include <future>
+// carried out is an Error of one line and changes nothing. One thread calls; no call waits for a job but Finish,
+// SetMode and the destructor.
 #include <map>
 #include <memory>
 #include <optional>
@@ -21,6 +20,7 @@
 
 #include "planar_vslam/geometry/expected.h"
 #include "planar_vslam/map/map_file.h"
+#include "planar_vslam/pipeline/executor.h"
 #include "planar_vslam/pipeline/frame_report.h"
 #include "planar_vslam/pipeline/frame_view.h"
 #include "planar_vslam/pipeline/input_corrector.h"
@@ -132,7 +132,7 @@ class Estimator {
   std::unique_ptr<Input> input_;
   std::unique_ptr<Session> session_;
   FrameView view_;
-  std::future<void> retired_;  // ends the jobs of the session before
+  std::unique_ptr<Executor> retiring_;  // ends what has jobs of its own, once it is not used any more
 };
 
 }  // namespace planar_vslam

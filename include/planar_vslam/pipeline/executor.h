@@ -58,6 +58,12 @@ auto Submit(Executor* executor, Job job) {
   return value;
 }
 
+// Ends `value`, whose end waits for jobs of its own, on `executor`: the caller does not wait.
+template <class Value>
+void EndOn(Executor* executor, std::unique_ptr<Value> value) {
+  executor->Submit([ends = std::shared_ptr<Value>(std::move(value))] {});
+}
+
 template <class Value>
 bool IsReady(const std::future<Value>& value, bool wait) {
   if (wait) value.wait();

@@ -18,8 +18,9 @@ class KnownMap {
   explicit KnownMap(std::unique_ptr<Localization> localization) : localization_(std::move(localization)) {}
 
   const std::shared_ptr<const Map>& map() const { return localization_->map(); }
-  // Where the packet's frame is in the known map; nothing where neither camera nor laser tell.
-  std::optional<Rigid3> Locate(const FramePacket& packet);
+  // Where the packet's frame is in the known map, as camera or laser tell; nothing where neither does. `features`: of
+  // its image. The time it took is added to `times`.
+  std::optional<Rigid3> Locate(const FramePacket& packet, FrameFeaturesPtr features, StageTimes* times);
 
  private:
   std::unique_ptr<Localization> localization_;

@@ -42,10 +42,12 @@ class Localization {
 
   // The pose of the packet's frame. While there is no map a new one may come of it, which `new_map` is given; it counts
   // from then on. Where `new_map` is null, frames wait for a map. Fills in the report but for T_map_odom, keyframe and
-  // total_ms.
+  // total_ms. `features` of the image, where somebody who has a map has extracted them; else null.
   TrackedFrame Locate(const FramePacket& packet, KeyframeSlot slot, FrameReport* report,
-                      std::shared_ptr<const Map>* new_map);
+                      std::shared_ptr<const Map>* new_map, FrameFeaturesPtr features = nullptr);
 
+  // The last frame's base on the floor of the map as it is now; nothing while frames have no pose.
+  std::optional<PlanarFix> LastFix() const;
   const std::shared_ptr<const Map>& map() const { return known_.map; }
   const TrajectoryRecorder& trajectory() const { return trajectory_; }
 
@@ -60,8 +62,6 @@ class Localization {
   // The view of a frame that was not found goes to what is known of its place; one that was found there is held against
   // it, and refused where the laser sees another place.
   void WeighView(const FramePacket& packet, bool was_localized, TrackedFrame* frame);
-  // Of the last frame with a pose, on the floor.
-  PlanarFix LastFix() const;
   // The pose as it is published, in a map that stays as it is.
   void Slew(const std::optional<PlanarMotion>& step, FrameReport* report);
   CameraView ViewOf(const FramePacket& packet, const TrackedFrame& frame) const;
