@@ -128,13 +128,17 @@ struct InfoArguments {
 int Info(const InfoArguments& arguments) {
   const Expected<PipelineOptions> options = ReadOptions(arguments.config, arguments.assignments, "");
   if (!options) return Fail(kExitBadInput, options.error().message);
+  if (!arguments.coverage.empty() && arguments.coverage.extension() != ".svg")
+    return Fail(kExitBadInput, "--coverage " + arguments.coverage.string() + ": expected a name that ends in .svg");
   const Expected<SavedMap> saved = LoadMapFile(arguments.file);
   if (!saved) return Fail(kExitBadInput, saved.error().message);
   std::string text = arguments.json ? ToJson(*saved, StatisticsOf(saved->map, arguments.file))
                                     : ToText(*saved, StatisticsOf(saved->map, arguments.file));
   if (!arguments.coverage.empty()) {
+    if (!saved->map.metric)
+      return Fail(kExitFailure, arguments.file.string() + ": scale unknown, expected a metric map for --coverage");
     const Expected<MapCoverage> coverage = DrawCoverage(*saved, *options, arguments.coverage);
-    if (!coverage) return Fail(kExitFailure, arguments.file.string() + ": " + coverage.error().message);
+    if (!coverage) return Fail(kExitFailure, coverage.error().message);
     if (arguments.json) text.replace(text.rfind('}'), 1, ",\n \"coverage\": " + JsonOf(*coverage) + "}");
     if (!arguments.json) text += TextOf(*coverage);
   }

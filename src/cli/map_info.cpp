@@ -9,7 +9,6 @@ namespace planar_vslam {
 
 Expected<MapCoverage> DrawCoverage(const SavedMap& saved, const PipelineOptions& options,
                                    const std::filesystem::path& picture) {
-  if (!saved.map.metric) return Error{"scale unknown, expected a metric map for --coverage"};
   const OccupancyGrid2d grid =
       BuildNavigationMap(saved.map, saved.camera, options.mapping2d, LandmarkAcceptance::For(options.pixel_sigma))
           .Grid();

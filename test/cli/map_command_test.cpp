@@ -198,8 +198,12 @@ TEST_F(MapCommand, InfoSaysFromWhereTheMapCanBeLocalisedIn) {
   EXPECT_TRUE(Contains(text.out, "coverage         0.0 % of ")) << "25 landmarks are too few: " << text.out;
   EXPECT_TRUE(Contains(Bytes(At("coverage.svg")), "</svg>"));
   EXPECT_TRUE(Contains(Call("map info --json " + map_.string() + picture).out, "\"coverage\": {\"places\": "));
-  ExpectFailure("map info " + unscaled_.string() + picture, 1, "scale unknown");
-  ExpectFailure("map info " + map_.string() + " --coverage " + At("absent/a.svg"), 1, "absent/a.svg");
+  ExpectFailure("map info " + unscaled_.string() + picture, 1,
+                "planar_vslam: " + unscaled_.string() + ": scale unknown");
+  const std::string info = "map info " + map_.string() + " --coverage ";
+  ExpectFailure(info + At("absent/a.svg"), 1, "planar_vslam: " + At("absent/a.svg"));
+  ExpectFailure(info + At("a.png"), 2,
+                "planar_vslam: --coverage " + At("a.png") + ": expected a name that ends in .svg");
 }
 
 TEST_F(MapCommand, MergeSaysInOneLineWhyItRefuses) {
