@@ -92,6 +92,11 @@ class SimNode {
   }
 
   void OnKidnap(const geometry_msgs::PoseStamped& target) {
+    const std::string& frame = target.header.frame_id;
+    if (!frame.empty() && frame != kSimWorldFrame) {
+      ROS_WARN("%s: in frame '%s'; expected '%s'", kidnaps_.getTopic().c_str(), frame.c_str(), kSimWorldFrame);
+      return;
+    }
     const std::optional<Error> problem = robot_.Carry(PlanarOf(target.pose));
     if (problem.has_value()) ROS_WARN("%s: %s", kidnaps_.getTopic().c_str(), problem->message.c_str());
   }

@@ -16,7 +16,7 @@
 namespace planar_vslam::ros_face {
 namespace {
 
-constexpr char kWorld[] = "world", kOdom[] = "odom", kBase[] = "base_footprint", kCamera[] = "camera_optical_frame",
+constexpr char kOdom[] = "odom", kBase[] = "base_footprint", kCamera[] = "camera_optical_frame",
                kLaser[] = "laser_frame";
 constexpr std::int64_t kFirst = 1'000'000'000;  // ns
 
@@ -30,7 +30,7 @@ std_msgs::Header HeaderAt(Timestamp stamp, const char* frame) {
 nav_msgs::OccupancyGrid ToOccupancyGrid(const TruthGrid& truth) {
   constexpr std::int8_t kOccupied = 100, kFree = 0;
   nav_msgs::OccupancyGrid message;
-  message.header = HeaderAt({}, kWorld);
+  message.header = HeaderAt({}, kSimWorldFrame);
   message.info.map_load_time = message.header.stamp;
   message.info.resolution = static_cast<float>(truth.resolution);
   message.info.width = static_cast<std::uint32_t>(truth.width);
@@ -102,7 +102,7 @@ void SimPublisher::Publish(const SimulatedEvent& event) {
 // The twist is the mean since the truth before it, in the base's axes.
 void SimPublisher::PublishTruth(Timestamp stamp, const Rigid3& T_world_base) {
   nav_msgs::Odometry message;
-  message.header = HeaderAt(stamp, kWorld);
+  message.header = HeaderAt(stamp, kSimWorldFrame);
   message.child_frame_id = kBase;
   message.pose.pose = ToPose(T_world_base);
   if (last_truth_.has_value()) {

@@ -16,6 +16,9 @@ namespace planar_vslam::ros_face {
 // Simulated second 0 is second 1 here: to ROS, a stamp of zero is none.
 ros::Time SimTime(Timestamp stamp);
 
+// Of the truth, and of the places a robot is carried to.
+inline constexpr char kSimWorldFrame[] = "world";
+
 class SimPublisher {
  public:
   SimPublisher(ros::NodeHandle* node, const World& world);

@@ -14,7 +14,7 @@ import genpy.dynamic
 import roslib.packages
 import rospy
 import rostest
-from geometry_msgs.msg import PoseWithCovarianceStamped, Twist
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist
 from nav_msgs.msg import OccupancyGrid, Odometry
 from ros_testing import Recorder, wait_for
 from rosgraph_msgs.msg import Clock
@@ -201,6 +201,29 @@ class SimNode(unittest.TestCase):
             self.assertEqual(result.stdout.count('FATAL'), 1, result.stdout)
             self.assertIn(named, result.stdout)
             self.assertIn('expected', result.stdout)
+
+    def test_7_a_robot_is_carried_in_the_frame_of_its_world_only(self):
+        kidnap = rospy.Publisher('kidnap', PoseStamped, queue_size=1)
+        wait_for(lambda: kidnap.get_num_connections() > 0, 'a subscriber to kidnap')
+        self.wait_until_standing()
+        start = pose(self.truth.messages[-1])
+
+        def carry(frame, ahead):
+            target = PoseStamped()
+            target.header.frame_id = frame
+            target.pose.position.x = start[0] + ahead * math.cos(start[2])
+            target.pose.position.y = start[1] + ahead * math.sin(start[2])
+            target.pose.orientation.z, target.pose.orientation.w = math.sin(start[2] / 2), math.cos(start[2] / 2)
+            kidnap.publish(target)
+
+        for frame in ('map', 'odom'):
+            since = self.now()
+            carry(frame, 0.06)
+            wait_for(lambda: self.now() > since + 1.0, 'the clock')
+            self.assertAlmostEqual(self.moved(start)[0], 0.0, delta=1e-6)
+        for frame, ahead in (('', 0.02), ('world', 0.04)):
+            carry(frame, ahead)
+            wait_for(lambda: abs(self.moved(start)[0] - ahead) < 1e-6, 'the robot to be carried')
 
 
 if __name__ == '__main__':
