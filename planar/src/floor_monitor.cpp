@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "planar_vslam/geometry/chi_square.h"
 #include "planar_vslam/planar/planar_prior.h"
 
 namespace planar_vslam {
@@ -12,7 +13,6 @@ constexpr double kReleaseChangeSquared = 49.0;
 // Fitted. 11 sigma: 11 cm or 5.5 degrees at the default sigmas, an empirical limit between the bends of maps on flat
 // floors and a street, see BENCHMARK.md.
 constexpr double kReleaseSquared = 121.0;
-constexpr double kChi2ThreeDof90 = 6.251;  // chi-square, 3 dof, 90 %
 constexpr int kReleaseAfter = 3;
 constexpr int kResumeAfter = 10;
 constexpr double kSpan = 1.0;  // m: a ramp has tilted the robot by then, drift of a map has not

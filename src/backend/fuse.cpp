@@ -1,14 +1,13 @@
 #include <algorithm>
 
 #include "planar_vslam/feature/hamming.h"
+#include "planar_vslam/geometry/chi_square.h"
 #include "planar_vslam/map/predicted_view.h"
 #include "planar_vslam/map/queries.h"
 #include "stages.h"
 
 namespace planar_vslam {
 namespace {
-
-constexpr double kChi2TwoDof95 = 5.991;  // chi-square, 2 dof, 95 %
 
 // Memory of FindKeypoint, kept from one landmark to the next.
 struct Scratch {

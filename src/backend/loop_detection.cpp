@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "planar_vslam/geometry/chi_square.h"
 #include "planar_vslam/map/distance_driven.h"
 #include "planar_vslam/map/queries.h"
 #include "planar_vslam/recognition/place.h"
@@ -11,8 +12,6 @@
 
 namespace planar_vslam {
 namespace {
-
-constexpr double kChi2ThreeDof99 = 11.345;  // chi-square, 3 dof, 99 %
 
 class LoopFinder {
  public:

@@ -5,6 +5,7 @@
 #include "planar_vslam/feature/hamming.h"
 #include "planar_vslam/feature/line_search.h"
 #include "planar_vslam/feature/matching.h"
+#include "planar_vslam/geometry/chi_square.h"
 #include "planar_vslam/geometry/median.h"
 #include "planar_vslam/geometry/triangulation.h"
 #include "planar_vslam/optimize/reprojection_factor.h"
@@ -13,9 +14,7 @@
 namespace planar_vslam {
 namespace {
 
-constexpr double kChi2OneDof95 = 3.841;  // chi-square, 1 dof, 95 %
-constexpr double kChi2TwoDof95 = 5.991;  // chi-square, 2 dof, 95 %
-constexpr double kScaleSlack = 1.5;      // ratio of patch sizes, beside one pyramid level
+constexpr double kScaleSlack = 1.5;  // ratio of patch sizes, beside one pyramid level
 
 // One of the two views, with what triangulation asks of it.
 struct View {

@@ -5,14 +5,13 @@
 #include <cmath>
 #include <utility>
 
+#include "planar_vslam/geometry/chi_square.h"
 #include "planar_vslam/geometry/tangent_parts.h"
 #include "planar_vslam/map/queries.h"
 #include "pose_difference.h"
 
 namespace planar_vslam {
 namespace {
-
-constexpr double kChi2ThreeDof999 = 16.266;  // chi-square, 3 dof, 99.9 %
 
 Matrix6d Propagate(const Matrix6d& covariance, const Rigid3& T_i_j) {
   const Matrix6d adjoint = AdjointSe3(T_i_j.Inverse());

@@ -6,14 +6,13 @@
 
 #include "planar_vslam/feature/matching.h"
 #include "planar_vslam/frontend/motion_agreement.h"
+#include "planar_vslam/geometry/chi_square.h"
 #include "planar_vslam/geometry/median.h"
 #include "planar_vslam/geometry/triangulation.h"
 #include "planar_vslam/map/map_edit.h"
 
 namespace planar_vslam {
 namespace {
-
-constexpr double kChi2TwoDof95 = 5.991;  // chi-square, 2 dof, 95 %
 
 // Where the first frame's keypoints would be in the second if all were infinitely far: the rotation alone.
 std::vector<Eigen::Vector2f> RotationCompensated(const FrameFeatures& features, const CameraModel& camera,

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "planar_vslam/geometry/check.h"
+#include "planar_vslam/geometry/chi_square.h"
 #include "planar_vslam/geometry/median.h"
 #include "planar_vslam/geometry/triangulation.h"
 #include "two_view_models.h"
@@ -14,7 +15,6 @@ namespace planar_vslam {
 
 namespace {
 
-constexpr double kChi2TwoDof95 = 5.991;  // chi-square, 2 dof, 95 %: reprojection error
 // A model with fewer inliers than this, or this share of the matches, is what chance finds among wrong matches.
 constexpr std::size_t kMinInliers = 2 * kTwoViewSample;
 constexpr double kMinInlierShare = 0.25;

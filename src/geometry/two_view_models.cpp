@@ -10,14 +10,13 @@
 #include <utility>
 
 #include "planar_vslam/geometry/check.h"
+#include "planar_vslam/geometry/chi_square.h"
 
 namespace planar_vslam {
 
 namespace {
 
-constexpr double kChi2OneDof95 = 3.841;  // chi-square, 1 dof, 95 %: distance to an epipolar line
-constexpr double kChi2TwoDof95 = 5.991;  // chi-square, 2 dof, 95 %: distance to a transferred point
-constexpr int kRefits = 3;               // rounds of refitting to all inliers of a new best sample
+constexpr int kRefits = 3;  // rounds of refitting to all inliers of a new best sample
 
 using Points = std::vector<Eigen::Vector2d>;
 using Matrix9d = Eigen::Matrix<double, 9, 9>;

@@ -9,6 +9,7 @@
 #include <fstream>
 
 #include "evaluation_pairs.h"
+#include "planar_vslam/geometry/chi_square.h"
 #include "stamp_text.h"
 #include "text_table.h"
 
@@ -16,7 +17,6 @@ namespace planar_vslam {
 namespace {
 
 constexpr std::size_t kColumns = 7;
-constexpr double kChi2ThreeDof95 = 7.815;
 
 }  // namespace
 

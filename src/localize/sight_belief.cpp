@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "planar_vslam/geometry/chi_square.h"
 #include "planar_vslam/localize/pose_search.h"
 
 namespace planar_vslam {
@@ -38,7 +39,6 @@ constexpr double kRefuted = 3.0;     // log odds: 20 to 1
 constexpr double kSure = 0.15;       // m, standard deviation: three of them are less than a place is wide
 constexpr double kBeside = 0.5;      // m: no place so far away, nor twice as far...
 constexpr double kAsGood = 0.8;      // ...may show this much of what the best one shows
-constexpr double kChi2ThreeDof999 = 16.266;  // chi-square, 3 dof, 99.9 %
 constexpr double kAtOnce = 0.4;  // share that needs no second place, twice what benches that look alike show
 
 double LogOddsOf(double found, double in_view, double by_chance) {

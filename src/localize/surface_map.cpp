@@ -6,6 +6,8 @@
 #include <cmath>
 #include <tuple>
 
+#include "planar_vslam/geometry/chi_square.h"
+
 namespace planar_vslam {
 namespace {
 
@@ -72,8 +74,7 @@ PreparedScan SurfaceMap::Around(const Eigen::Vector2d& p_map, double radius) con
 
 std::optional<LaserFix> SurfaceMap::Fix(const PlanarScan& scan, const Rigid3& T_base_laser, const Rigid2& guess,
                                         const Eigen::Matrix3d& covariance) const {
-  constexpr double kChi2ThreeDof999 = 16.266;  // chi-square, 3 dof, 99.9 %
-  constexpr double kCompletePosition = 0.05;   // m
+  constexpr double kCompletePosition = 0.05;  // m
   constexpr double kCompleteAngle = DegreesToRadians(1.5);
   constexpr double kSigmas = 3.0;       // of the guess: at a metre, and of the heading in radians
   constexpr double kLeastOffset = 0.1;  // m

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "planar_vslam/geometry/chi_square.h"
 #include "planar_vslam/optimize/bundle_adjustment.h"
 
 namespace planar_vslam {
@@ -93,7 +94,6 @@ struct BundleOutcome {
   StageTimes times;                             // "bundle.residuals", ... (bundle_adjustment.h)
 };
 
-inline constexpr double kChi2TwoDof95 = 5.991;  // what is beyond is an outlier
 inline constexpr double kFloorPointLoss = 2.0;  // sigmas, Cauchy
 
 }  // namespace planar_vslam

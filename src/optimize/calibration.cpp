@@ -9,6 +9,7 @@
 #include <deque>
 #include <memory>
 
+#include "planar_vslam/geometry/chi_square.h"
 #include "planar_vslam/optimize/mounted_reprojection_factor.h"
 #include "planar_vslam/optimize/reprojection_factor.h"
 #include "planar_vslam/planar/pose_manifold.h"
@@ -17,7 +18,6 @@
 namespace planar_vslam {
 namespace {
 
-constexpr double kChi2TwoDof95 = 5.991;  // chi-square, 2 dof, 95 %
 // 6-D Mahalanobis norm. Not Cauchy as in bundle adjustment: what starts from wrong values must not be let go of.
 constexpr double kMotionHuber = 3.5;
 

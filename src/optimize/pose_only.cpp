@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "planar_vslam/geometry/chi_square.h"
 #include "planar_vslam/geometry/tangent_parts.h"
 #include "planar_vslam/optimize/planar_reprojection_factor.h"
 #include "planar_vslam/planar/pose_manifold.h"
@@ -12,7 +13,6 @@
 namespace planar_vslam {
 namespace {
 
-constexpr double kChi2TwoDof95 = 5.991;  // chi-square, 2 dof, 95 %
 constexpr int kRounds = 4;
 constexpr int kRobustRounds = 2;
 constexpr int kIterationsPerRound = 10;

@@ -2,6 +2,8 @@
 
 #include <Eigen/Cholesky>
 
+#include "planar_vslam/geometry/chi_square.h"
+
 namespace planar_vslam {
 namespace {
 
@@ -11,7 +13,6 @@ constexpr int kPatience = 20;  // frames during which the robot is taken to be a
 // What odometry predicts, corrected by what was measured: a Kalman update. Where odometry is farther off than it says,
 // what it missed is part of its covariance first.
 PlanarFix Merged(const PlanarFix& predicted, const PlanarFix& measured) {
-  constexpr double kChi2ThreeDof999 = 16.266;  // chi-square, 3 dof, 99.9 %
   const Eigen::Vector3d off = LogSe2(predicted.T_map_base.Inverse() * measured.T_map_base);
   Eigen::Matrix3d P = predicted.covariance;
   const Eigen::Matrix3d innovation = P + measured.covariance;

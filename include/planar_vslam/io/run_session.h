@@ -11,7 +11,7 @@
 #include "planar_vslam/geometry/expected.h"
 #include "planar_vslam/io/recording.h"
 #include "planar_vslam/pipeline/estimator.h"
-#include "planar_vslam/pipeline/motion_agreement.h"
+#include "planar_vslam/pipeline/motion_comparison.h"
 
 namespace planar_vslam {
 

@@ -7,7 +7,7 @@
 #include "planar_vslam/map/map.h"
 #include "planar_vslam/pipeline/frame_report.h"
 #include "planar_vslam/pipeline/input_watch.h"
-#include "planar_vslam/pipeline/motion_agreement.h"
+#include "planar_vslam/pipeline/motion_comparison.h"
 
 namespace planar_vslam {
 

@@ -1,5 +1,7 @@
 #pragma once
-// Whether the wheels went where the map says that the robot went, between keyframes.
+// Whether the wheels went where the map says that the robot went, between keyframes. For people to read: all links
+// count alike, so that wheels show that are wrong by more than anybody expected. LearnWheelErrors weighs them, starts
+// from what was known before, and leaves out what does not agree with it.
 #include <optional>
 
 #include "planar_vslam/map/map.h"

@@ -1,4 +1,4 @@
-#include "planar_vslam/pipeline/motion_agreement.h"
+#include "planar_vslam/pipeline/motion_comparison.h"
 
 #include <algorithm>
 #include <cmath>
