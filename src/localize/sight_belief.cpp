@@ -114,7 +114,7 @@ void SightBelief::AddView(const CameraView& view, const std::vector<Rigid2>& sug
   ++news_;
   std::vector<SightedPlace> places;
   for (const Rigid2& candidate : Candidates(suggested))
-    places.push_back(Weigh(Settle(map_->table(), candidate, views_), views_));
+    places.push_back(Weigh(Settle(map_->table(), candidate, views_, IsLost()), views_));
   places_ = WithoutDoubles(std::move(places));
   if (places_.size() > kPlaces) places_.resize(kPlaces);
   WeighExpected();
@@ -180,7 +180,7 @@ std::vector<Rigid2> SightBelief::Candidates(const std::vector<Rigid2>& suggested
   std::vector<SightedPlace> voted;
   const std::vector<SightView> some = EveryThird(views_);
   for (const Rigid2& place : VotedPlaces(map_->table(), views_, matches_, kVoted))
-    voted.push_back(Weigh(Settle(map_->table(), place, some), some));
+    voted.push_back(Weigh(Settle(map_->table(), place, some, IsLost()), some));
   voted = WithoutDoubles(std::move(voted));
   if (voted.size() > kShortListed) voted.resize(kShortListed);
   std::vector<Rigid2> candidates = suggested;
@@ -210,7 +210,7 @@ bool SightBelief::StandsOut(const SightedPlace& best) const {
     if (other.log_odds > kBelieved && other.agreement.share() > kRivalShare * best.agreement.share()) return false;
   }
   if (best.with_expected) return true;
-  if (!IsSure(best)) return false;
+  if (!expected && !IsSure(best)) return false;
   const double look_alike = kTimesLookAlike * map_->LookAlikeShareAt(best.T_map_base, views_);
   return LogOddsOf(best.agreement, look_alike) >= enough;
 }

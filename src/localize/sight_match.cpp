@@ -272,11 +272,12 @@ AgreementByKind CompareByKind(const LandmarkTable& table, const Rigid2& T_map_ba
   return agreement;
 }
 
-SettledPlace Settle(const LandmarkTable& table, const Rigid2& guess, const std::vector<SightView>& views) {
+SettledPlace Settle(const LandmarkTable& table, const Rigid2& guess, const std::vector<SightView>& views,
+                    bool each_once) {
   constexpr double kSigma = 0.06;  // m, that odometry between the views and the height of the camera leave
   constexpr double kSigmaAngle = DegreesToRadians(0.7);
   SettledPlace place{guess};
-  const std::optional<Eigen::Matrix3d> H = Descend(table, Prior{guess}, views, true, &place.T_map_base);
+  const std::optional<Eigen::Matrix3d> H = Descend(table, Prior{guess}, views, each_once, &place.T_map_base);
   if (!H.has_value()) return place;
   const Eigen::Vector3d model(kSigma, kSigma, kSigmaAngle);
   place.covariance = kCorrelated * H->inverse();

@@ -63,7 +63,9 @@ class SightBelief {
   double News() const;
   // Whether it is the one place the views speak for, as far as they were looked at.
   bool StandsOut(const SightedPlace& best) const;
-  // Whether the views tell where the robot is in all directions...
+  // Whether the robot may be anywhere.
+  bool IsLost() const { return !expected_.has_value(); }
+  // Where it may be: whether the views tell where it is in all directions...
   bool IsPlaced(const SightedPlace& best) const;
   // ...and that it is not at another thing of the same kind.
   bool IsItself(const SightedPlace& best) const;

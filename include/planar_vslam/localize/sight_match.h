@@ -49,7 +49,9 @@ struct SettledPlace {
 
 // The place near `guess`, within some 0.3 m and 5 degrees, where most landmarks lie best. The guess where too few are
 // found.
-SettledPlace Settle(const LandmarkTable& table, const Rigid2& guess, const std::vector<SightView>& views);
+// `each_once`: each landmark counts once, however many images show it; one that lies wrong does so in all.
+SettledPlace Settle(const LandmarkTable& table, const Rigid2& guess, const std::vector<SightView>& views,
+                    bool each_once = true);
 // The same from where the robot is expected, which takes part with its covariance. `news`: the share of what the views
 // show that is not part of the expectation yet.
 SettledPlace SettleExpected(const LandmarkTable& table, const SettledPlace& expected,
