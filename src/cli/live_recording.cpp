@@ -24,11 +24,19 @@ int RunAndWait(const fs::path& program, std::vector<std::string> arguments) {
   std::vector<char*> pointers;
   for (std::string& argument : arguments) pointers.push_back(argument.data());
   pointers.push_back(nullptr);
-  pid_t child = 0;
-  if (posix_spawn(&child, program.c_str(), nullptr, nullptr, pointers.data(), environ) != 0) return -1;
+  posix_spawnattr_t attributes;
+  sigset_t interrupts;
+  sigemptyset(&interrupts);
+  sigaddset(&interrupts, SIGINT);
+  posix_spawnattr_init(&attributes);
+  posix_spawnattr_setsigdefault(&attributes, &interrupts);
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF);
   const auto interrupt = std::signal(SIGINT, SIG_IGN);
+  pid_t child = 0;
+  const bool started = posix_spawn(&child, program.c_str(), nullptr, &attributes, pointers.data(), environ) == 0;
+  posix_spawnattr_destroy(&attributes);
   int status = 0;
-  const bool ended = waitpid(child, &status, 0) == child && WIFEXITED(status);
+  const bool ended = started && waitpid(child, &status, 0) == child && WIFEXITED(status);
   std::signal(SIGINT, interrupt);
   return ended ? WEXITSTATUS(status) : -1;
 }
@@ -42,8 +50,10 @@ Expected<std::optional<LiveRecording>> LiveRecording::Listen(double seconds) {
     return Error{fmt::format("--live: {} is not there; expected a build with ROS", recorder.string())};
   }
   std::string pattern = (fs::temp_directory_path() / "planar_vslam_live_XXXXXX").string();
-  if (mkdtemp(pattern.data()) == nullptr)
-    return Error{pattern + ": cannot be created; expected a folder to record into"};
+  if (mkdtemp(pattern.data()) == nullptr) {
+    return Error{fmt::format("{}: no folder can be made in it; expected one to record into (TMPDIR)",
+                             fs::temp_directory_path().string())};
+  }
   LiveRecording recording{fs::path(pattern)};
   const int code = RunAndWait(recorder, {recording.bag().string(), fmt::format("{}", seconds)});
   if (code == kExitBadInput) return std::optional<LiveRecording>();  // it has said why

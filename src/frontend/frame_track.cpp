@@ -88,21 +88,21 @@ PosePrediction FrameTrack::Fixed(PosePrediction prediction) const {
 
 bool FrameTrack::FollowLastFrame() {
   if (!last_->tracked) return false;
-  if (SearchLastFrame() || SearchTipped()) return true;
+  if (SearchLastFrame(used_.T_map_base) || SearchTipped()) return true;
   if (!prediction_.from_odometry || IsFixed()) return false;
   used_ = PredictWithoutOdometry();
-  if (SearchLastFrame()) return true;
+  if (SearchLastFrame(used_.T_map_base)) return true;
   used_ = prediction_;
   return false;
 }
 
-bool FrameTrack::SearchLastFrame() {
+bool FrameTrack::SearchLastFrame(const Rigid3& T_map_start) {
   constexpr std::array<double, 2> kWindows{1.0, 2.5};  // times tracker.frame_search_radius
   constexpr double kRatio = 0.9;                       // few landmarks, and most of them are there: loose
   constexpr int kEnoughMatches = 20;
   for (const double window : kWindows) {
     result_.matches = FrameMatches{};
-    result_.T_map_base = used_.T_map_base;
+    result_.T_map_base = T_map_start;
     ProjectionSearchOptions search;
     search.radius = window * context_.options.frame_search_radius;
     search.ratio = kRatio;
@@ -113,19 +113,17 @@ bool FrameTrack::SearchLastFrame() {
 }
 
 // Wheels know nothing of a ramp or sill that tips the base between two images. The camera is turned about its own x
-// axis by as much as all it sees has moved, and what that changes of height, roll and pitch is part of their
-// covariance.
+// axis by as much as all it sees has moved; of what the wheels say, x, y and yaw stand.
 bool FrameTrack::SearchTipped() {
+  if (IsPlanar(view_.planar.mode)) return false;
   const std::optional<double> drop = FindDrop();
-  if (drop.has_value()) {
-    const Eigen::Vector3d turn(std::atan(*drop / view_.camera.fy), 0.0, 0.0);
-    const Rigid3 T_map_camera = prediction_.T_map_base * view_.T_base_camera;
-    used_.T_map_base = T_map_camera * Rigid3(ExpSo3(turn), Eigen::Vector3d::Zero()) * view_.T_base_camera.Inverse();
-    const Eigen::Vector3d tipped = LogSe3(prediction_.T_map_base.Inverse() * used_.T_map_base)(kFloorRows);
-    used_.covariance(kFloorRows, kFloorRows) += tipped * tipped.transpose();
-    if (SearchLastFrame()) return true;
-  }
-  used_ = prediction_;
+  if (!drop.has_value()) return false;
+  const Eigen::Vector3d turn(std::atan(*drop / view_.camera.fy), 0.0, 0.0);
+  const Rigid3 T_map_camera = prediction_.T_map_base * view_.T_base_camera;
+  const Rigid3 T_map_turned = T_map_camera * Rigid3(ExpSo3(turn), Eigen::Vector3d::Zero());
+  tipped_ = prediction_.from_odometry;
+  if (SearchLastFrame(T_map_turned * view_.T_base_camera.Inverse())) return true;
+  tipped_ = false;
   return false;
 }
 
@@ -216,7 +214,8 @@ bool FrameTrack::Optimize() {
   const Stopwatch posing;
   std::vector<PoseObservation> observations = ObservationsOf(map_, view_, result_.matches);
   PoseOnlyProblem problem = PoseProblem(view_, result_.T_map_base);
-  if (used_.from_odometry) problem.prior = PosePrior{used_.T_map_base, SquareRootInformation(used_.covariance)};
+  if (used_.from_odometry)
+    problem.prior = PosePrior{used_.T_map_base, SquareRootInformation(used_.covariance), tipped_};
   PoseOnlyResult pose = OptimizePose(problem, &observations);
   const auto is_beyond = [&](const std::array<int, 3>& rows) {
     return used_.from_odometry &&
@@ -226,8 +225,8 @@ bool FrameTrack::Optimize() {
     for (PoseObservation& o : observations) o.inlier = true;
     pose = OptimizePose(problem, &observations);
   };
-  result_.tilted = is_beyond(kFloorRows);
-  if (result_.tilted) {  // a sill, a ramp: what the wheels measured stands
+  result_.tilted = tipped_ || is_beyond(kFloorRows);
+  if (result_.tilted && !tipped_) {  // a sill, a ramp: what the wheels measured stands
     problem.prior->planar = true;
     optimize_again();
   }

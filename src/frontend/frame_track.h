@@ -63,7 +63,7 @@ class FrameTrack {
   PosePrediction Predict() const;
   // With the fix, where there is one.
   PosePrediction Fixed(PosePrediction prediction) const;
-  bool SearchLastFrame();
+  bool SearchLastFrame(const Rigid3& T_map_start);
   bool SearchTipped();
   // By how much the landmarks of the last frame stand lower in the image than predicted, px, where most agree on it.
   std::optional<double> FindDrop();
@@ -82,6 +82,7 @@ class FrameTrack {
   CameraView view_;
   PosePrediction prediction_;
   PosePrediction used_;  // what takes part in the pose
+  bool tipped_ = false;  // ...and of it x, y and yaw only
   TrackResult result_;
   StageTimes times_;
 };

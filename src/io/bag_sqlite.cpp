@@ -41,14 +41,15 @@ class SqliteFile : public MessageSource {
 // Where nothing waits beside the file to be put into it, it is said not to change: SQLite then writes nothing beside
 // it, which it may not where recordings are kept read-only.
 std::string Uri(const std::filesystem::path& path) {
-  std::string uri = "file:";
+  std::string uri = "file://";  // with no host: a path may begin with two slashes
   for (const char c : std::filesystem::absolute(path).string()) {
     const bool special = c == '%' || c == '?' || c == '#';
     uri += special ? fmt::format("%{:02x}", static_cast<int>(c)) : std::string(1, c);
   }
   std::error_code ignored;
   for (const char* beside : {"-wal", "-journal"}) {
-    if (std::filesystem::exists(path.string() + beside, ignored)) return uri;
+    const std::uintmax_t waiting = std::filesystem::file_size(path.string() + beside, ignored);
+    if (!ignored && waiting > 0) return uri;
   }
   return uri + "?immutable=1";
 }

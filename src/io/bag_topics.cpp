@@ -24,7 +24,12 @@ std::string WithoutCompressed(const std::string& topic) {
   return EndsWith(topic, kCompressedSuffix) ? topic.substr(0, topic.size() - kCompressedSuffix.size()) : topic;
 }
 
-bool IsOfDepth(const std::string& topic) { return topic.find("depth") != std::string::npos; }
+// Below the camera's own name, which may have the word in it.
+bool IsOfDepth(const std::string& topic) {
+  const std::size_t below = topic.find('/', 1);
+  return topic.rfind("/depth/", 0) == 0 ||
+         topic.find("depth", below == std::string::npos ? 0 : below) != std::string::npos;
+}
 
 std::string LastName(const std::string& topic) { return topic.substr(topic.rfind('/') + 1); }
 
@@ -67,7 +72,8 @@ class Chooser {
     };
     names.erase(std::remove_if(names.begin(), names.end(), is_there_raw), names.end());
     // Depth is an image, too, but none to see by.
-    if (std::any_of(names.begin(), names.end(), [](const std::string& topic) { return !IsOfDepth(topic); })) {
+    if (role.option == std::string("topics.image") &&
+        std::any_of(names.begin(), names.end(), [](const std::string& topic) { return !IsOfDepth(topic); })) {
       names.erase(std::remove_if(names.begin(), names.end(), IsOfDepth), names.end());
     }
     if (names.size() > 1) {

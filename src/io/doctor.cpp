@@ -159,7 +159,8 @@ class Examination {
   void AddOdometry(const MotionAgreement& motion) {
     if (!info_.has_odometry) {
       found_.push_back({Harm::kMissing, "odometry", "none: the map will have no scale, and there will be no grid"});
-      return Add("odometry", "");
+      Add("odometry", "");
+      return Add("clocks", "");
     }
     Add("odometry", fmt::format("{:.0f} a second, {:.1f} m at up to {:.2f} m/s", Rate(watch_.odometry()),
                                 watch_.wheel_way(), watch_.wheel_speed()));

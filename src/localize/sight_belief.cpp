@@ -1,6 +1,7 @@
 #include "planar_vslam/localize/sight_belief.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -25,7 +26,7 @@ constexpr double kTimesChance = 2.0;  // a place is settled where most is found,
 constexpr double kLeastInView = 30.0;
 
 // The shares of rivals and the number of times were chosen by looking at dev_lab_revisit and chemistry_hall of seed 1;
-// no other seed has been tried.
+// docs/localisation.md has other seeds.
 constexpr double kBelieved = 6.0;         // log odds: 400 to 1, beyond all places of the map
 constexpr double kRivalOdds = 0.5;        // of the best place's log odds
 constexpr double kRivalShare = 0.6;       // ...and of its share, where fewer landmarks are in view
@@ -39,7 +40,7 @@ constexpr double kRefuted = 3.0;     // log odds: 20 to 1
 constexpr double kSure = 0.15;       // m, standard deviation: three of them are less than a place is wide
 constexpr double kBeside = 0.5;      // m: no place so far away, nor twice as far...
 constexpr double kAsGood = 0.8;      // ...may show this much of what the best one shows
-constexpr double kAtOnce = 0.4;  // share that needs no second place, twice what benches that look alike show
+constexpr double kAtOnce = 0.4;      // share that needs no second place, twice what benches that look alike show
 
 double LogOddsOf(double found, double in_view, double by_chance) {
   const double visible = std::max(in_view, kLeastInView);

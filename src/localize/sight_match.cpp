@@ -199,7 +199,8 @@ struct Normal {
   }
 };
 
-constexpr double kCorrelated = 9.0;  // landmarks that count as one: neighbours share what is wrong with them
+// That count as one: landmarks, whose neighbours share what is wrong with them, or sights where each counts.
+constexpr double kCorrelated = 9.0;
 
 // A landmark that lies wrong does so in all views: what a sight tells is shared among those of its landmark.
 std::vector<double> WeightsOf(const std::vector<Sight>& sights, std::size_t landmarks) {
@@ -223,7 +224,7 @@ std::optional<Eigen::Matrix3d> Descend(const LandmarkTable& table, const Prior& 
                                        const std::vector<SightView>& views, bool each_once, Rigid2* T_map_base) {
   constexpr std::array<double, 3> kWindows{30.0, 15.0, 8.0};  // px
   constexpr double kScale = 0.4;                              // of the window, of errors that count fully
-  constexpr std::size_t kLeast = 6;                           // landmarks
+  constexpr std::size_t kLeast = 6;                           // sights
   constexpr int kSteps = 6;
   constexpr double kStill = 1e-4;  // m or rad, of a step: some hundredths of a pixel
   const std::vector<ViewFromNow> from_now(views.begin(), views.end());

@@ -179,8 +179,9 @@ void AddClocks(const FindingsInput& in, Found* found) {
                                   std::abs(apart), apart > 0.0 ? "after" : "before", kCure)});
   }
   if (ClocksDiffer(in) && !odometry_told) {
-    found->push_back({Harm::kWorthless, "clocks",
-                      fmt::format("odometry has no readings around the stamps of most images: {}", kCure)});
+    found->push_back(
+        {Harm::kWorthless, "clocks",
+         fmt::format("odometry has no readings around the stamps of most images: it stopped, or {}", kCure)});
   }
   constexpr double kLeast = 0.03;  // s: as much as a loaded computer delays a stamp by
   const auto& offset = in.motion.time_offset;
@@ -194,6 +195,7 @@ struct ScaleSource {
   const char* name;
   const char* cure;
   ScaleMeasurement says;
+  double sigma;  // of what it says in this drive
 };
 
 // The two that disagree most.
@@ -201,15 +203,20 @@ void AddScale(const FindingsInput& in, Found* found) {
   if (in.map == nullptr || !in.map->metric) return;
   const MapScale& scale = in.report.map_scale;
   std::vector<ScaleSource> sources;
-  if (scale.laser.has_value()) sources.push_back({"the laser", "check the laser's ranges", *scale.laser});
+  if (scale.laser.has_value())
+    sources.push_back({"the laser", "check the laser's ranges", *scale.laser, scale.laser->sigma});
   if (scale.wheels.has_value()) {
     ScaleMeasurement as_read = *scale.wheels;  // not as the map's links were corrected
     as_read.log_scale -= in.report.wheels.log_length;
-    sources.push_back({"the wheels", "run `planar_vslam calibrate`", as_read});
+    // How far they are off is what is asked, so what any wheels may be off by is no excuse.
+    const double learned = in.report.wheels.length_sigma;
+    const double sigma = learned > 0.0 ? std::min(as_read.sigma, learned) : as_read.sigma;
+    sources.push_back({"the wheels", "run `planar_vslam calibrate`", as_read, sigma});
   }
   constexpr double kMostlyOnFloor = 0.2;  // share off it; height over another level says nothing
   if (scale.floor.has_value() && OffFloor(in.map) < kMostlyOnFloor) {
-    sources.push_back({"the camera's height over the floor", "check its height in tf", *scale.floor});
+    sources.push_back(
+        {"the camera's height over the floor", "check its height in tf", *scale.floor, scale.floor->sigma});
   }
   std::sort(sources.begin(), sources.end(),
             [](const ScaleSource& a, const ScaleSource& b) { return a.says.sigma < b.says.sigma; });
@@ -217,7 +224,7 @@ void AddScale(const FindingsInput& in, Found* found) {
   double most = kScaleSigmas;
   for (std::size_t i = 1; i < sources.size(); ++i) {
     const double difference = sources[i].says.log_scale - sources[0].says.log_scale;
-    const double sigmas = std::abs(difference) / std::hypot(sources[i].says.sigma, sources[0].says.sigma);
+    const double sigmas = std::abs(difference) / std::hypot(sources[i].sigma, sources[0].sigma);
     if (std::abs(difference) < kScaleShare || sigmas < most) continue;
     most = sigmas;
     worst = &sources[i];
@@ -231,7 +238,8 @@ void AddScale(const FindingsInput& in, Found* found) {
 }
 
 void AddStreams(const FindingsInput& in, Found* found) {
-  if (IsBlind(in.report) && !HardlyMapped(in.report, in.map)) {
+  // In a map that stays as it is the way may lead where that map has not been.
+  if (in.report.keyframes_made > 0 && IsBlind(in.report) && !HardlyMapped(in.report, in.map)) {
     found->push_back({Harm::kBent, "images",
                       fmt::format("{} poses are by the wheels, {} by sight: the images show too little, or mount, "
                                   "calibration or stamps of the camera are wrong",

@@ -39,7 +39,9 @@ void StreamRhythm::Add(Timestamp stamp) {
 double StreamRhythm::Apart(const StreamRhythm& other) const {
   if (!first_.has_value() || !other.first_.has_value()) return 0.0;
   const double after = SecondsBetween(*other.last_, *first_), before = SecondsBetween(*last_, *other.first_);
-  return after > 0.0 ? after : std::min(0.0, -before);
+  constexpr double kLeast = 1.0;  // s: streams begin and end apart by less without any clock being wrong
+  if (after > kLeast) return after;
+  return before > kLeast ? -before : 0.0;
 }
 
 void InputWatch::Add(const CameraFrame& frame) {

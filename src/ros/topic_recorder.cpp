@@ -11,7 +11,9 @@
 #include <sensor_msgs/LaserScan.h>
 #include <tf2_msgs/TFMessage.h>
 
+#include <cstdio>
 #include <cstdlib>
+#include <exception>
 #include <map>
 #include <set>
 
@@ -87,14 +89,21 @@ std::string Record(const std::string& path, double seconds) {
   TopicRecorder recorder(path);
   const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(seconds);
   ros::WallTime look;
-  while (ros::ok() && ros::WallTime::now() < end && !recorder.full()) {
-    if (look <= ros::WallTime::now()) {
-      recorder.Look();
-      look = ros::WallTime::now() + ros::WallDuration(1.0);
+  try {
+    while (ros::ok() && ros::WallTime::now() < end && !recorder.full()) {
+      if (look <= ros::WallTime::now()) {
+        recorder.Look();
+        look = ros::WallTime::now() + ros::WallDuration(1.0);
+      }
+      ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(0.05));
     }
-    ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(0.05));
+    recorder.Close();
+  } catch (const std::exception& exception) {
+    fmt::print(stderr, "planar_vslam: {}: cannot be written: {}; expected room for a bag there (TMPDIR)\n", path,
+               exception.what());
+    std::fflush(stderr);
+    std::_Exit(2);  // the bag's destructor would close it, and throw again
   }
-  recorder.Close();
   for (const auto& [topic, count] : recorder.messages()) fmt::print(stderr, "heard {}: {} messages\n", topic, count);
   return "";
 }

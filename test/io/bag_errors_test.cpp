@@ -134,6 +134,7 @@ TEST_P(BagErrors, WhatMayNotBeReadIsSaid) {
   const fs::path path = RobotBag();
   {
     const AsReader reader(path);
+    if (!reader.works()) GTEST_SKIP() << "root that cannot be anybody else, or a folder of root's";
     EXPECT_EQ(OpenError(path), "");
   }
   const AsReader reader(path, fs::perms::none);

@@ -63,7 +63,6 @@ TEST_P(BagRecording, TheOtherFormsOfAnImageAreNoOtherImages) {
   EXPECT_EQ(replay.images.size(), 1U);
 }
 
-// A recorder that splits its files writes tf_static and camera_info into the first.
 TEST_P(BagRecording, ADepthCameraBesideTheImagesIsNone) {
   const Replay replay = Play(Bag([](BagWriter& writer) {
     writer.PutImage(0.1);
@@ -73,6 +72,7 @@ TEST_P(BagRecording, ADepthCameraBesideTheImagesIsNone) {
   EXPECT_EQ(replay.images.size(), 1U) << replay.error;
 }
 
+// A recorder that splits its files writes tf_static and camera_info into the first.
 TEST_P(BagRecording, SeveralBagsAreOneDrive) {
   const Replay whole = Play(RobotBag());
   const fs::path first = Path().replace_filename(std::string("drive_0") + GetParam());

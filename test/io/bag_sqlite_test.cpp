@@ -56,6 +56,7 @@ TEST_F(SqliteBag, ARecordingThatWasCutOffSaysSo) {
 TEST_F(SqliteBag, AJournalledRecordingIsReadWhereNothingMayBeWritten) {
   const fs::path path = Camera("PRAGMA journal_mode = WAL; DELETE FROM messages WHERE id = 2");
   const AsReader reader(path);
+  if (!reader.works()) GTEST_SKIP() << "root that cannot be anybody else, or a folder of root's";
   EXPECT_EQ(Play(path).images.size(), 9U) << OpenError(path);
 }
 

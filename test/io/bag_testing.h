@@ -142,12 +142,16 @@ class AsReader {
     std::filesystem::permissions(folder_, kAllRead | kAllSearch);
     constexpr uid_t kNobody = 65534;
     was_root_ = geteuid() == 0 && seteuid(kNobody) == 0;
+    std::error_code ignored;
+    works_ = geteuid() != 0 && std::filesystem::exists(path, ignored);
   }
   ~AsReader() {
     const bool back = !was_root_ || seteuid(0) == 0;
     EXPECT_TRUE(back);
     std::filesystem::permissions(folder_, std::filesystem::perms::owner_all);
   }
+  // False for root that cannot be anybody else, and below a folder that only root may enter.
+  bool works() const { return works_; }
   AsReader(const AsReader&) = delete;
   AsReader& operator=(const AsReader&) = delete;
 
@@ -157,7 +161,7 @@ class AsReader {
   static constexpr auto kAllSearch =
       std::filesystem::perms::owner_exec | std::filesystem::perms::group_exec | std::filesystem::perms::others_exec;
   std::filesystem::path folder_;
-  bool was_root_ = false;
+  bool was_root_ = false, works_ = false;
 };
 
 // Each of its tests runs with every kind of file: what is right for one is right for all.

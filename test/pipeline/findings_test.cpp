@@ -56,7 +56,10 @@ Rigid2 AsItWas(const Rigid2& step) { return step; }
 
 class FindingsTest : public ::testing::Test {
  protected:
-  FindingsTest() : map_(Drive(AsItWas)) { report_.odometry_by_model = 200; }
+  FindingsTest() : map_(Drive(AsItWas)) {
+    report_.odometry_by_model = 200;
+    report_.keyframes_made = static_cast<long>(map_.keyframes.size());
+  }
 
   void Watch(int images, const std::function<bool(int)>& arrives, std::uint8_t grey = 110,
              const Rigid3& T_base_camera = ForwardCamera(), double speed = 0.5) {
@@ -125,6 +128,9 @@ TEST_F(FindingsTest, ACameraThatHardlyConfirmsAnythingIsNamed) {
   EXPECT_NE(found[1].find("154 poses are by the wheels, 49 by sight"), std::string::npos);
   for (const KeyframeId id : map_.keyframes.Ids()) map_.keyframes.Edit(id).on_floor = id.value < 5;
   EXPECT_EQ(Found().size(), 3U);
+  report_.keyframes_made = 0;  // localised in a map of another way
+  EXPECT_EQ(Found().size(), 2U);
+  report_.keyframes_made = 1;
   watch_ = InputWatch();
   Watch(200, Always);
   report_.frames[TrackingState::kTracking] = 180;

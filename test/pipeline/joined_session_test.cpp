@@ -142,6 +142,7 @@ class JoinedSession : public ::testing::Test {
     EXPECT_FALSE(estimator->report().own_map);
     StandUntilRecognised(estimator.get(), kInOwn);
     Drive(estimator.get(), kInOwn, 0);
+    EXPECT_TRUE(estimator->Finish().ok());
     EXPECT_TRUE(HoldsMoreThan(own.map, *estimator));
     EXPECT_FALSE(HoldsKnown(*estimator) || estimator->report().joined.has_value()) << "nothing else is known any more";
   }
@@ -165,6 +166,7 @@ class JoinedSession : public ::testing::Test {
     EXPECT_EQ(estimator->map(), own);
     ASSERT_TRUE(estimator->SetMode(RunMode::kMapping).ok());
     Drive(estimator.get(), kBegin, 0);
+    EXPECT_TRUE(estimator->Finish().ok());
     EXPECT_FALSE(HoldsKnown(*estimator)) << "two maps that stay two";
     EXPECT_TRUE(HoldsMoreThan(*own, *estimator));
     estimator->Restart();

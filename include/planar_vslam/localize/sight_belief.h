@@ -65,7 +65,7 @@ class SightBelief {
   bool StandsOut(const SightedPlace& best) const;
   // Whether the robot may be anywhere.
   bool IsLost() const { return !expected_.has_value(); }
-  // Where it may be: whether the views tell where it is in all directions...
+  // Where it may be, or is not expected: whether the views tell where it is in all directions...
   bool IsPlaced(const SightedPlace& best) const;
   // ...and that it is not at another thing of the same kind.
   bool IsItself(const SightedPlace& best) const;

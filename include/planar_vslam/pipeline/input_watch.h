@@ -15,7 +15,8 @@ struct StreamRhythm {
   double longest_hole = 0.0, all_holes = 0.0;  // s
 
   void Add(Timestamp stamp);
-  // Seconds by which all its stamps lie after those of another stream; negative: before them; 0 where they meet.
+  // Seconds by which all its stamps lie after those of another stream; negative: before them; 0 where they meet,
+  // or nearly.
   double Apart(const StreamRhythm& other) const;
 
  private:
