@@ -117,7 +117,7 @@ bool FrameTrack::SearchLastFrame(const Rigid3& T_map_start) {
 bool FrameTrack::SearchTipped() {
   if (IsPlanar(view_.planar.mode)) return false;
   const std::optional<double> drop = FindDrop();
-  if (!drop.has_value()) return false;
+  if (!drop.has_value() || std::abs(*drop) < context_.options.frame_search_radius) return false;  // it lies elsewhere
   const Eigen::Vector3d turn(std::atan(*drop / view_.camera.fy), 0.0, 0.0);
   const Rigid3 T_map_camera = prediction_.T_map_base * view_.T_base_camera;
   const Rigid3 T_map_turned = T_map_camera * Rigid3(ExpSo3(turn), Eigen::Vector3d::Zero());
