@@ -21,8 +21,8 @@
 
 namespace planar_vslam {
 
-// Shares by which a source of motion may read wrong throughout. That of the wheels is between that of random worlds 1 to
-// 12, whose maps are 1 % off without a laser, and of the recorded drives, with half a percent.
+// Shares by which a source of motion may read wrong throughout. That of the wheels is between that of random worlds 1
+// to 12, whose maps are 1 % off without a laser, and of the recorded drives, with half a percent.
 struct SystematicErrors {
   double wheels = 0.0075;
   double laser = 0.0005;
