@@ -13,6 +13,9 @@
 namespace planar_vslam {
 namespace {
 
+constexpr double kWideRatio = 0.75;  // a wide window shows many that look alike: strict
+constexpr int kWideDistance = 60;    // bits, likewise
+
 Matrix6d Propagate(const Matrix6d& covariance, const Rigid3& T_i_j) {
   const Matrix6d adjoint = AdjointSe3(T_i_j.Inverse());
   return adjoint * covariance * adjoint.transpose();
@@ -129,12 +132,10 @@ bool FrameTrack::SearchTipped() {
 
 std::optional<double> FrameTrack::FindDrop() {
   constexpr double kSteepest = DegreesToRadians(10.0);
-  constexpr double kRatio = 0.75;   // a wide window shows many that look alike: strict
-  constexpr int kMaxDistance = 60;  // bits, likewise
   constexpr std::size_t kEnough = 15;
   result_.matches = FrameMatches{};
   result_.T_map_base = prediction_.T_map_base;
-  Match(last_->landmarks, {view_.camera.fy * std::tan(kSteepest), kMaxDistance, kRatio});
+  Match(last_->landmarks, {view_.camera.fy * std::tan(kSteepest), kWideDistance, kWideRatio});
   const Rigid3 T_camera_map = (prediction_.T_map_base * view_.T_base_camera).Inverse();
   std::vector<double> drops;
   for (std::size_t i = 0; i < result_.matches.landmarks.size(); ++i) {
@@ -155,18 +156,16 @@ std::optional<double> FrameTrack::FindDrop() {
 }
 
 bool FrameTrack::SearchAroundPrediction() {
-  constexpr double kReach = 2.0;    // times tracker.nearby_distance: the pose is not well known
-  constexpr double kSigmas = 3.0;   // of the prediction, in pixels, make the window
-  constexpr double kRatio = 0.75;   // a wide window shows many that look alike: strict
-  constexpr int kMaxDistance = 60;  // bits, likewise
+  constexpr double kReach = 2.0;   // times tracker.nearby_distance: the pose is not well known
+  constexpr double kSigmas = 3.0;  // of the prediction, in pixels, make the window
   const TrackerOptions& o = context_.options;
   const Rigid3 T_map_camera = used_.T_map_base * view_.T_base_camera;
   const std::vector<KeyframeId> keyframes = NearbyKeyframes(
       map_, T_map_camera, kReach * o.nearby_distance, o.nearby_angle, static_cast<std::size_t>(o.local_keyframes));
   ProjectionSearchOptions search;
   search.radius = std::clamp(kSigmas * PixelSigmaOf(used_, view_.camera), o.frame_search_radius, o.rematch_radius_max);
-  search.ratio = kRatio;
-  search.max_distance = kMaxDistance;
+  search.ratio = kWideRatio;
+  search.max_distance = kWideDistance;
   result_.matches = FrameMatches{};
   result_.T_map_base = used_.T_map_base;
   Match(LandmarksOf(map_, keyframes), search);

@@ -49,7 +49,7 @@ long FramesIn(const EstimatorReport& report, TrackingState state) {
   return count == report.frames.end() ? 0 : count->second;
 }
 
-// Whether sight gave hardly any of the poses that there are.
+// Whether the wheels gave most of the poses.
 bool IsBlind(const EstimatorReport& report) {
   constexpr double kMost = 0.5;
   const long blind = FramesIn(report, TrackingState::kOdometry);

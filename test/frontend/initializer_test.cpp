@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "planar_vslam/frontend/motion_agreement.h"
+#include "planar_vslam/geometry/chi_square.h"
 #include "support/synthetic_map.h"
 
 namespace planar_vslam {

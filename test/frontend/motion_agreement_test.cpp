@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "planar_vslam/geometry/chi_square.h"
 #include "support/synthetic_map.h"
 
 namespace planar_vslam {

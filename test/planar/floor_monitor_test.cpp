@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "planar_vslam/geometry/chi_square.h"
 #include "support/support.h"
 
 namespace planar_vslam {
@@ -111,7 +112,7 @@ TEST(FloorReading, IsChiSquareOnTheFloor) {
     const double d =
         ReadFloor({}, truth * ExpSe3(root * sample), covariance, kSigmaHeight, kSigmaTilt).SquaredDistance();
     sum += d;
-    beyond += d > 6.251 ? 1 : 0;  // chi-square, 3 dof, 90 %
+    beyond += d > kChi2ThreeDof90 ? 1 : 0;
   }
   EXPECT_NEAR(sum / kSamples, 3.0, 0.15);  // three sigmas of the mean are 0.12
   EXPECT_NEAR(static_cast<double>(beyond) / kSamples, 0.1, 0.02);

@@ -6,7 +6,6 @@
 //   H = sum J_x^T J_x - J_x^T J_p (J_p^T J_p)^-1 J_p^T J_x,  Sigma = N (N^T H N)^-1 N^T,  N normal to a change of s.
 // Sigma_mount is what an error xi of the mount, the same in both views, does: (Ad(T~_b1_b2^-1) - I) xi.
 // It tells the mirrored motion that few views of a shallow scene explain as well (a turn one way for a step the other).
-#include "planar_vslam/geometry/chi_square.h"
 #include "planar_vslam/map/map.h"
 #include "planar_vslam/optimize/bundle_adjustment.h"
 

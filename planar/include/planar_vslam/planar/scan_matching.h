@@ -6,8 +6,8 @@
 //   J = [0 -1; 1 0], u held fixed in a step.
 // Normals point to where the laser stood: the two faces of a wall, which the robot sees before and after a door, are no
 // one surface. Means and both normals make a round pillar, of which each sweep sees the front, no obstacle to being
-// right: the curvature enters both surfaces alike and cancels. minimised with Tukey weights. Covariance of a right
-// perturbation [x, y, angle] at the result:
+// right: the curvature enters both surfaces alike and cancels. Tukey weights bound what one pair pulls. Covariance of a
+// right perturbation [x, y, angle] at the result:
 //   C = 2 sigma^2 (sum w_k g_k g_k^T)^-1,  g_k = de_k/dd,  sigma the larger of the beams' and the
 //   residuals', of both sweeps;
 // directions no surface faces (a bare corridor's) come out as uncertain as they are.
