@@ -14,7 +14,7 @@ constexpr double kReleaseChangeSquared = 49.0;
 // floors and a street, see BENCHMARK.md.
 constexpr double kReleaseSquared = 121.0;
 constexpr int kReleaseAfter = 3;
-constexpr int kResumeAfter = 10;
+constexpr int kResumeAfter = 5;
 constexpr double kSpan = 1.0;  // m: a ramp has tilted the robot by then, drift of a map has not
 
 }  // namespace
@@ -24,7 +24,7 @@ double FloorReading::SquaredDistance() const { return error.dot(covariance.ldlt(
 FloorReading ReadFloor(Timestamp stamp, const Rigid3& T_map_base, const Matrix6d& covariance, double sigma_height,
                        double sigma_tilt) {
   Eigen::Matrix<double, 3, 6> J;
-  const Eigen::Vector3d whitened = PlanarPriorResidual(T_map_base, sigma_height, sigma_tilt, &J);
+  const Eigen::Vector3d whitened = PlanarPriorResidual(T_map_base, {sigma_height, sigma_tilt}, &J);
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();  // of the tilt, from the base's heading to the map's axes
   turn.bottomRightCorner<2, 2>() = ProjectToPlane(T_map_base).R();
   FloorReading reading;
@@ -33,6 +33,7 @@ FloorReading ReadFloor(Timestamp stamp, const Rigid3& T_map_base, const Matrix6d
   // Residual and Jacobian are divided by the prior's sigmas, so the prior's own covariance is the identity.
   reading.covariance = turn * (J * covariance * J.transpose() + Eigen::Matrix3d::Identity()) * turn.transpose();
   reading.place = T_map_base.translation.head<2>();
+  reading.drift = sigma_tilt / sigma_height;
   return reading;
 }
 
@@ -51,10 +52,20 @@ double FloorMonitor::ChangeSquared(const FloorReading& reading) const {
   return change.SquaredDistance();
 }
 
+bool FloorMonitor::Returns(FloorReading reading) {
+  const Eigen::Vector2d tilt = reading.error.tail<2>();
+  const bool level = tilt.dot(reading.covariance.bottomRightCorner<2, 2>().ldlt().solve(tilt)) < kChi2TwoDof95;
+  if (!level) sloped_ += WayTo(reading) - way_.back().way;
+  const double drift = reading.drift * sloped_;
+  reading.covariance(0, 0) += drift * drift;
+  return reading.SquaredDistance() < kChi2ThreeDof90;
+}
+
 std::optional<Timestamp> FloorMonitor::Add(const FloorReading& reading) {
-  const double squared = reading.SquaredDistance();
-  const bool leaves = squared > kReleaseSquared || ChangeSquared(reading) > kReleaseChangeSquared;
-  const bool against = on_floor_ ? leaves : squared < kChi2ThreeDof90;
+  const auto leaves = [&] {
+    return reading.SquaredDistance() > kReleaseSquared || ChangeSquared(reading) > kReleaseChangeSquared;
+  };
+  const bool against = on_floor_ ? leaves() : Returns(reading);
   streak_ = against ? streak_ + 1 : 0;
   const bool changes = streak_ >= (on_floor_ ? kReleaseAfter : kResumeAfter);
   way_.push_back({reading, WayTo(reading)});
@@ -63,6 +74,7 @@ std::optional<Timestamp> FloorMonitor::Add(const FloorReading& reading) {
   on_floor_ = !on_floor_;
   streak_ = 0;
   if (on_floor_) return std::nullopt;
+  sloped_ = way_.back().way - way_.front().way;
   return way_.front().reading.stamp;
 }
 

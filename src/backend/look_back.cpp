@@ -9,10 +9,35 @@ namespace {
 
 void Append(const MapEdit& steps, MapEdit* edit) { edit->insert(edit->end(), steps.begin(), steps.end()); }
 
+// Keyframes that the images hold off the floor against its prior: they stand on a ramp that was not noticed.
+std::vector<KeyframeId> HeldAgainstTheFloor(const Map& map, const PlanarPriorOptions& planar) {
+  constexpr double kLimitSquared = 25.0;  // five sigmas, which no sway makes
+  std::vector<KeyframeId> ids;
+  if (!map.metric || planar.mode == PlanarMode::kOff) return ids;
+  const FloorSigmas sigmas = FloorSigmasOf(planar, true);
+  for (const auto& [id, keyframe] : map.keyframes) {
+    if (!keyframe.on_floor) continue;
+    if (PlanarPriorResidual(keyframe.T_map_base, sigmas, nullptr).squaredNorm() > kLimitSquared) ids.push_back(id);
+  }
+  return ids;
+}
+
+// Adds what one more adjustment took.
+void AddTo(const BundleSummary& bundle, BundleSummary* sum) {
+  const double initial_cost = sum->observations > 0 ? sum->initial_cost : bundle.initial_cost;
+  const int iterations = sum->iterations + bundle.iterations;
+  StageTimes times = std::move(sum->times);
+  times.insert(times.end(), bundle.times.begin(), bundle.times.end());
+  *sum = bundle;
+  sum->initial_cost = initial_cost;
+  sum->iterations = iterations;
+  sum->times = std::move(times);
+}
+
 // The closed loop, as the map and as the way there. Error: which step failed.
 Expected<LoopClosure> CloseLoopAt(const Map& snapshot, KeyframeId newest, const Loop& loop,
                                   const std::vector<MapTie>& ties, const MapperContext& context) {
-  Expected<BentMap> bent = CloseLoop(snapshot, loop, ties);
+  Expected<BentMap> bent = CloseLoop(snapshot, loop, ties, context.model.planar);
   if (!bent.ok()) return Error{"pose graph: " + bent.error().message};
   auto& [map, structure] = *bent;
   for (const LoopView& view : loop.views) Append(FuseWithNeighbors(&map, view.keyframe, context), &structure);
@@ -59,13 +84,25 @@ LookBackOutcome LookBack(const Map& snapshot, KeyframeId newest, const MapperCon
 }
 
 Expected<AdjustedMap> AdjustWholeMap(const Map& map, const MeasurementModel& model) {
-  const BundleResult bundle = AdjustBundle(map, WholeMapRequest(map), model, BundleSolver::kCeres);
-  if (bundle.failed()) return Error{bundle.message};
-  MapEdit outliers;
-  for (const auto& [landmark, keyframe] : bundle.outliers) outliers.emplace_back(EraseObservation{landmark, keyframe});
-  Map adjusted = Apply(map, ToEdit(bundle));
-  MapCorrection correction = CorrectionBetween(map, adjusted, std::move(outliers));
-  return AdjustedMap{std::move(adjusted), std::move(correction), bundle};
+  constexpr int kRounds = 3;  // each lets go of what stands beside what the one before has let go of
+  Map adjusted = map;
+  MapEdit structure;
+  BundleSummary summary;
+  for (int round = 0; round < kRounds; ++round) {
+    const BundleResult bundle = AdjustBundle(adjusted, WholeMapRequest(adjusted), model, BundleSolver::kCeres);
+    if (bundle.failed()) return Error{bundle.message};
+    adjusted = Apply(std::move(adjusted), ToEdit(bundle));
+    for (const auto& [landmark, keyframe] : bundle.outliers) {
+      structure.emplace_back(EraseObservation{landmark, keyframe});
+    }
+    AddTo(bundle, &summary);
+    const SetOffFloor off{HeldAgainstTheFloor(adjusted, model.planar)};
+    if (off.ids.empty()) break;
+    adjusted = Apply(std::move(adjusted), {off});
+    structure.emplace_back(off);
+  }
+  MapCorrection correction = CorrectionBetween(map, adjusted, std::move(structure));
+  return AdjustedMap{std::move(adjusted), std::move(correction), std::move(summary)};
 }
 
 }  // namespace planar_vslam

@@ -8,13 +8,12 @@
 namespace planar_vslam {
 namespace {
 
-std::vector<LoopTie> LoopTies(const Map& map, const Loop& loop) {
+std::vector<LoopTie> LoopTies(const Loop& loop) {
   constexpr double kPosition = 0.01;  // m, how well a recognised view tells where it was taken
   constexpr double kAngle = DegreesToRadians(0.2);
-  const Rigid2 T_old_map = ProjectToPlane(map.keyframes.At(loop.old).T_map_base).Inverse();
   std::vector<LoopTie> ties;
   for (const LoopView& view : loop.views) {
-    ties.push_back({loop.old, view.keyframe, T_old_map * ProjectToPlane(view.T_map_base),
+    ties.push_back({loop.old, view.keyframe, view.T_map_base,
                     Eigen::Vector3d(kPosition, kPosition, kAngle).cwiseAbs2().asDiagonal()});
   }
   return ties;
@@ -69,8 +68,9 @@ MapEdit JoinLandmarks(const Map& map, KeyframeId id, const FrameMatches& matches
   return edit;
 }
 
-Expected<BentMap> CloseLoop(Map map, const Loop& loop, const std::vector<MapTie>& ties) {
-  const auto poses = SolvePoseGraph(map, ties, LoopTies(map, loop));
+Expected<BentMap> CloseLoop(Map map, const Loop& loop, const std::vector<MapTie>& ties,
+                            const PlanarPriorOptions& planar) {
+  const auto poses = SolvePoseGraph(map, ties, LoopTies(loop), planar);
   if (!poses.ok()) return poses.error();
   const MapEdit moved = MoveKeyframes(map, *poses);
   BentMap bent{Apply(std::move(map), moved), {}};

@@ -38,14 +38,14 @@ std::optional<std::string> LooksLikeAnotherPlace(const PlaceSeeker& seeker, cons
   return alignment.ok() ? std::nullopt : std::optional(alignment.error().message);
 }
 
-std::vector<LoopTie> TiesAt(const Map& united, const std::vector<SharedPlace>& places) {
+std::vector<LoopTie> TiesAt(const std::vector<SharedPlace>& places) {
   constexpr double kPosition = 0.01;  // m, how well a recognised view tells where it was taken
   constexpr double kAngle = DegreesToRadians(0.2);
   std::vector<LoopTie> ties;
   for (const SharedPlace& place : places) {
-    const Rigid2 T_known_map = ProjectToPlane(united.keyframes.At(place.known).T_map_base).Inverse();
-    ties.push_back({place.known, place.keyframe, T_known_map * ProjectToPlane(place.T_known_base),
-                    Eigen::Vector3d(kPosition, kPosition, kAngle).cwiseAbs2().asDiagonal()});
+    ties.push_back({place.known, place.keyframe, place.T_known_base,
+                    Eigen::Vector3d(kPosition, kPosition, kAngle).cwiseAbs2().asDiagonal(),
+                    place.by_laser ? TieSource::kLaser : TieSource::kLandmarks});
   }
   return ties;
 }
@@ -136,7 +136,7 @@ Expected<MapOverlap> OverlapOf(const PlaceSeeker& seeker, const Map& other, cons
 Expected<JoinedMap> JoinAt(const Map& united, KeyframeId first, const MapOverlap& overlap, const MapperContext& context,
                            const MergeProgress& progress) {
   Map map = Apply(united, MoveFrom(united, first, overlap.alignment.T_known_other));
-  const auto poses = SolvePoseGraph(map, TiesOf(map, context.model), TiesAt(map, overlap.places));
+  const auto poses = SolvePoseGraph(map, TiesOf(map, context.model), TiesAt(overlap.places), context.model.planar);
   if (!poses.ok()) return Error{"pose graph: " + poses.error().message};
   const MapEdit moved = MoveKeyframes(map, *poses);
   map = Apply(std::move(map), moved);
@@ -152,8 +152,8 @@ Expected<JoinedMap> JoinAt(const Map& united, KeyframeId first, const MapOverlap
   Expected<AdjustedMap> adjusted = AdjustWholeMap(map, context.model);
   progress("adjusting", 1, 1);
   if (!adjusted.ok()) return Error{"bundle adjustment: " + adjusted.error().message};
-  const MapEdit& outliers = adjusted->correction.structure;
-  structure.insert(structure.end(), outliers.begin(), outliers.end());
+  const MapEdit& dropped = adjusted->correction.structure;
+  structure.insert(structure.end(), dropped.begin(), dropped.end());
   return JoinedMap{std::move(adjusted->map), std::move(structure), std::move(adjusted->bundle)};
 }
 

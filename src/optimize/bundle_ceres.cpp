@@ -42,7 +42,8 @@ class CeresProblem {
     AddReprojections();
     AddMotions();
     for (std::size_t i = 0; i < p_.poses.size(); ++i) {
-      if (p_.has_floor_prior(p_.poses[i])) problem_.AddResidualBlock(&floor_, nullptr, PoseBlock(i));
+      if (!p_.has_floor_prior(p_.poses[i])) continue;
+      problem_.AddResidualBlock(p_.poses[i].on_floor ? &floor_ : &slope_, nullptr, PoseBlock(i));
     }
     for (const std::size_t i : p_.floor_points) {
       problem_.AddResidualBlock(&floor_point_, &floor_point_loss_, PointBlock(i));
@@ -131,7 +132,8 @@ class CeresProblem {
   std::deque<ReprojectionFactor> reprojections_;  // cost functions cannot be moved
   std::deque<PlanarReprojectionFactor> inflated_;
   std::deque<RelativePoseFactor<3>> motions_;
-  PlanarPriorFactor floor_{p_.planar.sigma_height, p_.planar.sigma_tilt};
+  PlanarPriorFactor floor_{FloorSigmasOf(p_.planar, true)};
+  PlanarPriorFactor slope_{FloorSigmasOf(p_.planar, false)};
   FloorPointFactor floor_point_{p_.planar.sigma_floor_point};
   PoseManifold manifold_;
   FloorPoseManifold floor_manifold_;

@@ -15,6 +15,7 @@ class ProblemBuilder {
     problem_.camera = model.camera;
     problem_.planar = model.planar;
     problem_.options = model.options;
+    problem_.metric = map.metric;
   }
 
   BundleProblem Build() {
@@ -91,7 +92,16 @@ class ProblemBuilder {
     if (i == problem_.poses.size()) return;
     const auto is_fixed = [this](std::size_t k) { return problem_.poses[k].freedom == PoseFreedom::kFixed; };
     if (is_fixed(i) && is_fixed(j)) return;
-    problem_.motions.push_back({i, j, Embed3(link.motion.T_i_j), SquareRootInformation(covariance)});
+    const bool sloped = !problem_.poses[i].on_floor || !problem_.poses[j].on_floor;
+    problem_.motions.push_back({i, j, Embed3(link.motion.T_i_j),
+                                SquareRootInformation(sloped ? OverSlope(covariance, link.motion) : covariance)});
+  }
+
+  // At the foot of a ramp the base tips at once.
+  Matrix6d OverSlope(Matrix6d covariance, const PlanarMotion& motion) const {
+    const double tilt = model_.planar.sigma_slope, height = tilt * motion.T_i_j.translation.norm();
+    covariance.diagonal() += (Vector6d() << 0.0, 0.0, height, tilt, tilt, 0.0).finished().cwiseAbs2();
+    return covariance;
   }
 
   // Landmarks on the floor, seen by keyframes on it only.

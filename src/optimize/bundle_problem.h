@@ -50,6 +50,7 @@ struct BundleProblem {
   CameraModel camera;
   PlanarPriorOptions planar;
   BundleOptions options;
+  bool metric = false;                          // else neither floor nor slopes mean anything
   std::vector<BundlePose> poses;                // ascending by id
   std::vector<BundlePoint> points;              // ascending by id
   std::vector<BundleObservation> observations;  // ascending by point, then by pose
@@ -58,8 +59,10 @@ struct BundleProblem {
   std::vector<Eigen::Matrix2d> whitening;       // W of planar_reprojection_factor.h per observation, or empty
 
   bool has_floor_prior(const BundlePose& pose) const {
-    return planar.mode == PlanarMode::kSoftSe3 && pose.on_floor && pose.freedom != PoseFreedom::kFixed;
+    if (!metric || pose.freedom == PoseFreedom::kFixed) return false;
+    return pose.on_floor ? planar.mode == PlanarMode::kSoftSe3 : planar.mode != PlanarMode::kOff;
   }
+  FloorSigmas floor_sigmas(const BundlePose& pose) const { return FloorSigmasOf(planar, pose.on_floor); }
 };
 
 // Poses that have three degrees of freedom are put on the floor here.

@@ -235,7 +235,7 @@ class CalibrationProblem {
   std::deque<OdometryCalibrationFactor> odometry_;
   std::deque<DelayedMotionFactor> laser_;
   std::deque<ceres::NormalPrior> priors_;
-  PlanarPriorFactor floor_{context_.planar.sigma_height, context_.planar.sigma_tilt};
+  PlanarPriorFactor floor_{FloorSigmasOf(context_.planar, true)};
   ceres::HuberLoss pixel_loss_{std::sqrt(kChi2TwoDof95)};
   ceres::HuberLoss motion_loss_{kMotionHuber};
   std::unique_ptr<ceres::ParameterBlockOrdering> ordering_;

@@ -266,7 +266,7 @@ class PoseSolver {
     }
     if (problem_.floor == PlanarMode::kSoftSe3) {
       Eigen::Matrix<double, 3, 6> J;
-      const Eigen::Vector3d e = PlanarPriorResidual(T_map_base, problem_.sigma_height, problem_.sigma_tilt, &J);
+      const Eigen::Vector3d e = PlanarPriorResidual(T_map_base, {problem_.sigma_height, problem_.sigma_tilt}, &J);
       AddRows(J, e, n);
     }
   }

@@ -61,8 +61,7 @@ double SchurSystem::Evaluate() {
   double cost = EvaluatePixels() + EvaluateMotions();
   for (const std::size_t i : poses_of_slots_) {
     if (!p_.has_floor_prior(p_.poses[i])) continue;
-    cost += 0.5 * PlanarPriorResidual(p_.poses[i].T_map_base, p_.planar.sigma_height, p_.planar.sigma_tilt, nullptr)
-                      .squaredNorm();
+    cost += 0.5 * PlanarPriorResidual(p_.poses[i].T_map_base, p_.floor_sigmas(p_.poses[i]), nullptr).squaredNorm();
   }
   for (const std::size_t l : p_.floor_points) {
     const double e = p_.points[l].p_map.z() / p_.planar.sigma_floor_point;
@@ -186,7 +185,7 @@ void SchurSystem::LinearizeFloor() {
     if (!p_.has_floor_prior(p_.poses[i])) continue;
     const Rigid3& T_map_base = p_.poses[i].T_map_base;
     Eigen::Matrix<double, 3, 6> J;
-    const Eigen::Vector3d e = PlanarPriorResidual(T_map_base, p_.planar.sigma_height, p_.planar.sigma_tilt, &J);
+    const Eigen::Vector3d e = PlanarPriorResidual(T_map_base, p_.floor_sigmas(p_.poses[i]), &J);
     J = InMapAxes<3>(J, T_map_base);
     const Eigen::Index at = 6 * slots_[i];
     H_.block<6, 6>(at, at) += J.transpose() * J;

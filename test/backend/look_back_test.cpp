@@ -143,6 +143,32 @@ TEST(AdjustWholeMap, PullsAPerturbedMapToTheTruth) {
   test::ExpectSameMap(Rebase(perturbed, adjusted->correction), adjusted->map);
 }
 
+// The second half of the keyframes stands on a ramp that nobody noticed: mapped level, held to the floor.
+TEST(AdjustWholeMap, LetsGoOfTheFloorWhereImagesShowARamp) {
+  const test::SyntheticWorld world = NoisyWorld();
+  const Rigid3 tilt(ExpSo3(Eigen::Vector3d(0.0, DegreesToRadians(-5.0), 0.0)), Eigen::Vector3d::Zero());
+  constexpr std::uint32_t kFoot = 4;
+  Map map = world.map;
+  for (const KeyframeId id : map.keyframes.Ids()) {
+    if (id.value < kFoot) continue;
+    Keyframe& keyframe = map.keyframes.Edit(id);  // the camera is where it was, its mount leans back as the base tips
+    keyframe.T_base_camera = tilt.Inverse() * keyframe.T_base_camera;
+  }
+  MeasurementModel context = world.Context();
+  context.options.max_iterations = 50;
+  context.options.drop_outliers = false;  // from a level base all that the tilted ones see would be one
+  const Expected<AdjustedMap> adjusted = AdjustWholeMap(map, context);
+  ASSERT_TRUE(adjusted.ok());
+  for (const auto& [id, keyframe] : adjusted->map.keyframes) {
+    EXPECT_EQ(keyframe.on_floor, id.value < kFoot) << id.value;
+    const double off = LogSo3(keyframe.T_map_base.rotation.inverse() * world.true_poses[id.value].rotation *
+                              (id.value < kFoot ? Rigid3() : tilt).rotation)
+                           .norm();
+    EXPECT_LT(off, DegreesToRadians(0.5)) << id.value;
+  }
+  test::ExpectSameMap(Rebase(map, adjusted->correction), adjusted->map);
+}
+
 TEST(AdjustWholeMap, SaysWhyItFailed) {
   const test::SyntheticWorld world = NoisyWorld();
   const Expected<AdjustedMap> adjusted = AdjustWholeMap(WithBrokenOdometry(world.map, KeyframeId{3}), world.Context());

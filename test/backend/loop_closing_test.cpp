@@ -29,7 +29,8 @@ TEST_F(LoopTest, FindsTheOldPlaceAndWhereItIs) {
 
 TEST_F(LoopTest, ClosingItBringsTheKeyframesHomeAndMakesTwoLandmarksOne) {
   const Driver driver = ComeBack(kDrift);
-  const Expected<BentMap> bent = CloseLoop(driver.map(), *Find(driver), TiesOf(driver.map(), context_));
+  const Expected<BentMap> bent =
+      CloseLoop(driver.map(), *Find(driver), TiesOf(driver.map(), context_), context_.planar);
   ASSERT_TRUE(bent.ok()) << bent.error().message;
   const Map* closed = &bent->map;
   EXPECT_EQ(Validate(*closed), std::vector<std::string>{});
@@ -88,7 +89,8 @@ TEST_F(LoopTest, OneViewAloneIsNotBelieved) {
 
 TEST_F(LoopTest, APlaceThatIsJoinedAlreadyIsNoLoop) {
   const Driver driver = ComeBack(kDrift);
-  const Expected<BentMap> bent = CloseLoop(driver.map(), *Find(driver), TiesOf(driver.map(), context_));
+  const Expected<BentMap> bent =
+      CloseLoop(driver.map(), *Find(driver), TiesOf(driver.map(), context_), context_.planar);
   ASSERT_TRUE(bent.ok()) << bent.error().message;
   const Map* closed = &bent->map;
   MapDrift drift(context_, kSystematic);
@@ -101,7 +103,7 @@ TEST_F(LoopTest, AKidnappedRobotFindsHomeAndItsWheelsAreNotBelieved) {
   const Driver driver = ComeBackKidnapped(kKidnapped, &kidnapped);
   const std::optional<Loop> loop = Find(driver);
   ASSERT_TRUE(loop.has_value());
-  const Expected<BentMap> bent = CloseLoop(driver.map(), *loop, TiesOf(driver.map(), context_));
+  const Expected<BentMap> bent = CloseLoop(driver.map(), *loop, TiesOf(driver.map(), context_), context_.planar);
   ASSERT_TRUE(bent.ok()) << bent.error().message;
   const Map* closed = &bent->map;
   EXPECT_LT(Distance(closed->keyframes.At(driver.newest()).T_map_base, TrueView(kViews - 1)), 0.03);

@@ -124,8 +124,8 @@ TEST_P(BundleAdjustmentOnFloor, LeavesReleasedKeyframesTheirSixDegreesOfFreedom)
   context.planar.mode = std::get<1>(GetParam());
   const BundleResult released = Adjust(ramp, WholeMapRequest(ramp), context);
   ASSERT_EQ(free.poses.size(), released.poses.size());
-  for (std::size_t i = 0; i < free.poses.size(); ++i) {
-    EXPECT_EQ(free.poses[i].second.translation, released.poses[i].second.translation);
+  for (std::size_t i = 0; i < free.poses.size(); ++i) {  // upright within what ramps are: a slope that is seen stays
+    EXPECT_LT(LogSe3(free.poses[i].second.Inverse() * released.poses[i].second).norm(), 1e-3);
   }
 }
 
@@ -302,11 +302,10 @@ TEST_P(BundleAdjustment, LetsGoOfTheLevelWhereTheRobotTilts) {
   const Rigid3 tilt = FromTilt(0.0, DegreesToRadians(10.0));
   Map map = world.map;
   for (const KeyframeId id : map.keyframes.Ids()) {
-    Keyframe& keyframe = map.keyframes.Edit(id);
-    keyframe.on_floor = false;
-    if (id.value >= 4) Tilt(world, tilt, &keyframe);
+    if (id.value >= 4) Tilt(world, tilt, &map.keyframes.Edit(id));
   }
   MeasurementModel context = world.Context();
+  context.planar.mode = PlanarMode::kOff;
   context.options.max_iterations = 50;
   context.options.drop_outliers = false;  // from where the map starts all that the tilted ones see would be one
   const auto off = [&](double loss) {

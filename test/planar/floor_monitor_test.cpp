@@ -62,16 +62,44 @@ TEST(FloorMonitor, OneOrTwoOddPosesAreNoRamp) {
   EXPECT_TRUE(monitor.on_floor());
 }
 
-TEST(FloorMonitor, ComesBackAfterTenInARowOnTheFloor) {
+TEST(FloorMonitor, ComesBackAfterFiveInARowOnTheFloor) {
   FloorMonitor monitor;
   for (int i = 0; i < 5; ++i) monitor.Add(At(0.1 * i, i > 0 ? 0.5 : 0.0));
   ASSERT_FALSE(monitor.on_floor());
-  for (int i = 0; i < 9; ++i) monitor.Add(At(1.0 + 0.1 * i, 0.01));
-  monitor.Add(At(2.0, 0.05));  // breaks the row
-  for (int i = 0; i < 9; ++i) monitor.Add(At(2.1 + 0.1 * i, 0.01));
+  for (int i = 0; i < 4; ++i) monitor.Add(At(1.0 + 0.1 * i, 0.01));
+  monitor.Add(At(2.0, 0.5));  // breaks the row
+  for (int i = 0; i < 4; ++i) monitor.Add(At(2.1 + 0.1 * i, 0.01));
   EXPECT_FALSE(monitor.on_floor());
   monitor.Add(At(3.0, 0.01));
   EXPECT_TRUE(monitor.on_floor());
+}
+
+// A metre up a ramp and down again, then level on a map that lost height by the way.
+FloorMonitor AfterRamp(double* way) {
+  FloorMonitor monitor;
+  for (*way = 0.0; *way < 4.0; *way += 0.1) {
+    const double slope = *way < 2.0 ? 0.0 : *way < 3.0 ? 1.0 : -1.0;
+    const double height = std::max(0.0, 1.0 - std::abs(*way - 3.0)) * std::tan(DegreesToRadians(5.0));
+    monitor.Add(At(*way, height, slope * DegreesToRadians(5.0)));
+  }
+  return monitor;
+}
+
+TEST(FloorMonitor, ComesBackThoughTheMapHasLostHeightOverTheRamp) {
+  double way = 0.0;
+  FloorMonitor monitor = AfterRamp(&way);
+  ASSERT_FALSE(monitor.on_floor());
+  for (int i = 0; i < 5; ++i) monitor.Add(At(way += 0.1, -0.04, DegreesToRadians(-0.4)));
+  EXPECT_TRUE(monitor.on_floor());
+}
+
+TEST(FloorMonitor, StaysOffOnAnotherLevel) {
+  FloorMonitor monitor;
+  for (double way = 0.0; way < 5.0; way += 0.1) {
+    const double climbed = std::clamp(way - 2.0, 0.0, 1.0) * std::tan(DegreesToRadians(5.0));
+    monitor.Add(At(way, climbed, way > 2.0 && way < 3.0 ? DegreesToRadians(5.0) : 0.0));
+  }
+  EXPECT_FALSE(monitor.on_floor());
 }
 
 TEST(FloorReading, IsZeroForAnyPoseOnTheFloor) {

@@ -11,7 +11,7 @@ namespace {
 constexpr double kSigmaHeight = 0.01;
 constexpr double kSigmaTilt = DegreesToRadians(0.5);
 
-Eigen::Vector3d Residual(const Rigid3& T) { return PlanarPriorResidual(T, kSigmaHeight, kSigmaTilt, nullptr); }
+Eigen::Vector3d Residual(const Rigid3& T) { return PlanarPriorResidual(T, {kSigmaHeight, kSigmaTilt}, nullptr); }
 
 TEST(PlanarPrior, ResidualIsZeroOnTheFloorWhereverItStands) {
   for (const double yaw : {0.0, 0.5, -2.0, M_PI, -M_PI}) {
@@ -41,14 +41,14 @@ TEST(PlanarPrior, SaysNothingAboutMotionOnTheFloor) {
 
 TEST(PlanarPrior, GradientsAreRight) {
   for (const Rigid3& T : NastyPoses()) {
-    ExpectGradientsRight(PlanarPriorFactor(kSigmaHeight, kSigmaTilt), {ToBlock(T)});
+    ExpectGradientsRight(PlanarPriorFactor({kSigmaHeight, kSigmaTilt}), {ToBlock(T)});
   }
 }
 
 TEST(PlanarPrior, EqualsItsAutomaticTwin) {
   const ceres::AutoDiffCostFunction<PlanarPriorTwin, 3, 7> twin(new PlanarPriorTwin{kSigmaHeight, kSigmaTilt});
   for (const Rigid3& T : NastyPoses()) {
-    ExpectTwins(PlanarPriorFactor(kSigmaHeight, kSigmaTilt), twin, {ToBlock(T)});
+    ExpectTwins(PlanarPriorFactor({kSigmaHeight, kSigmaTilt}), twin, {ToBlock(T)});
   }
 }
 
@@ -57,7 +57,7 @@ TEST(PlanarPrior, EvaluatesWithoutJacobians) {
   const double* parameters[1] = {block.data()};
   double* no_jacobians[1] = {nullptr};
   Eigen::Vector3d a, b;
-  const PlanarPriorFactor factor(kSigmaHeight, kSigmaTilt);
+  const PlanarPriorFactor factor({kSigmaHeight, kSigmaTilt});
   ASSERT_TRUE(factor.Evaluate(parameters, a.data(), nullptr));
   ASSERT_TRUE(factor.Evaluate(parameters, b.data(), no_jacobians));
   EXPECT_EQ(a, b);

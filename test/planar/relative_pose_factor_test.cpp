@@ -190,7 +190,7 @@ TEST(RelativePoseFactor, SolverFindsTheMeasuredPoseAgain) {
     ceres::Problem problem(ownership);
     problem.AddResidualBlock(new RelativePoseFactor<6>(T_i_j, SquareRootInformation(SomeCovariance())), nullptr,
                              i.data(), j.data());
-    problem.AddResidualBlock(new PlanarPriorFactor(0.01, DegreesToRadians(0.5)), nullptr, j.data());
+    problem.AddResidualBlock(new PlanarPriorFactor({0.01, DegreesToRadians(0.5)}), nullptr, j.data());
     problem.SetManifold(i.data(), &manifold);
     problem.SetManifold(j.data(), &manifold);
     problem.SetParameterBlockConstant(i.data());

@@ -18,6 +18,7 @@ struct BentMap {
 
 // The map with poses, landmarks and observations as the loop says; not yet adjusted. Steps of the wheels that the loop
 // contradicts are gone. `ties` are those of the map. Error: why the pose graph has no solution.
-Expected<BentMap> CloseLoop(Map map, const Loop& loop, const std::vector<MapTie>& ties);
+Expected<BentMap> CloseLoop(Map map, const Loop& loop, const std::vector<MapTie>& ties,
+                            const PlanarPriorOptions& planar);
 
 }  // namespace planar_vslam

@@ -3,6 +3,7 @@
 //   sum rho_cauchy(|e_reprojection|^2 / sigma^2) + sum |e_planar|^2
 //     + sum [rho_cauchy(|e_odometry x,y,yaw|^2_Sigma) + rho_cauchy(|e_odometry z,roll,pitch|^2_Sigma)]
 // over base poses T_map_base (camera through T_base_camera at that stamp) and points. Values in, values out.
+// e_planar of a pose off the floor, and a link from or to one, leave it what slopes are (planar.sigma_slope).
 // With planar.mode se2_xyz or hard, free keyframes on the floor are put on it and keep 3 dof, without e_planar; with
 // se2_xyz the reprojections of all keyframes on the floor are weighted by planar_reprojection_factor.h, anew a round.
 #include <atomic>
