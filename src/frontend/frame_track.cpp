@@ -176,6 +176,7 @@ bool FrameTrack::SearchAroundPrediction() {
 bool FrameTrack::Take(std::optional<Placement> placement) {
   used_.from_odometry = false;
   if (!placement.has_value()) return false;
+  found_again_ = true;
   result_ = TrackResult{};
   result_.T_map_base = placement->T_map_base;
   result_.covariance = placement->covariance;
@@ -247,6 +248,10 @@ bool FrameTrack::Optimize() {
     result_.odometry_rejected = false;
     return false;
   }
+  if (ContradictsOdometry() && !IsConfirmed()) {
+    result_.odometry_rejected = false;
+    return false;
+  }
   const bool odometry_agrees = used_.from_odometry && !result_.odometry_rejected;
   const TrackerOptions& o = context_.options;
   return result_.inliers >= (odometry_agrees ? o.min_inliers_odometry : o.min_inliers);
@@ -255,6 +260,12 @@ bool FrameTrack::Optimize() {
 bool FrameTrack::ContradictsOdometry() const {
   return prediction_.from_odometry &&
          IsBeyond(LogSe3(prediction_.T_map_base.Inverse() * result_.T_map_base), prediction_.covariance, kPlanarRows);
+}
+
+bool FrameTrack::IsConfirmed() const {
+  constexpr std::size_t kKeyframes = 3;  // one more than it takes to place a landmark
+  if (found_again_ || map_.keyframes.size() < kKeyframes) return true;
+  return CountObserved(map_, ValidOnly(result_.matches.landmarks), kKeyframes) >= context_.options.min_inliers_odometry;
 }
 
 bool FrameTrack::IsSpread() const {

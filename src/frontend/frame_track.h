@@ -74,6 +74,9 @@ class FrameTrack {
   bool ContradictsOdometry() const;
   // Whether well-separated parts of the image speak for the pose so far, and not one thing, which may have been moved.
   bool IsSpread() const;
+  // Whether landmarks that more than two keyframes have seen speak for it. Two views that look alike, or that are too
+  // near each other, make landmarks at wrong depths, which agree with each other: they say that the robot stands.
+  bool IsConfirmed() const;
 
   const TrackerContext& context_;
   const TrackInput& input_;
@@ -81,8 +84,9 @@ class FrameTrack {
   const LastFrame* last_;
   CameraView view_;
   PosePrediction prediction_;
-  PosePrediction used_;  // what takes part in the pose
-  bool tipped_ = false;  // ...and of it x, y and yaw only
+  PosePrediction used_;       // what takes part in the pose
+  bool tipped_ = false;       // ...and of it x, y and yaw only
+  bool found_again_ = false;  // the place was, by images in a row that moved as the wheels did
   TrackResult result_;
   StageTimes times_;
 };

@@ -1,0 +1,72 @@
+// Landmarks that only the two keyframes have seen which placed them do not overrule the wheels.
+#include <gtest/gtest.h>
+
+#include "planar_vslam/frontend/tracker.h"
+#include "planar_vslam/map/map_edit.h"
+#include "support/synthetic_map.h"
+
+namespace planar_vslam {
+namespace {
+
+// The map with at most so many observations of each landmark.
+Map SeenBy(const Map& map, std::size_t keyframes) {
+  MapEdit edit;
+  for (const auto& [id, landmark] : map.landmarks) {
+    for (std::size_t i = keyframes; i < landmark.observations.size(); ++i) {
+      edit.emplace_back(EraseObservation{id, landmark.observations[i].keyframe});
+    }
+  }
+  return Apply(map, edit);
+}
+
+class TrackerDoubtTest : public ::testing::Test {
+ protected:
+  // The third of three frames, after wheels that claim `slip` on top of the true motion.
+  TrackResult TrackAfterSlip(std::size_t keyframes, const Rigid2& slip) {
+    const Map map = SeenBy(world_.map, keyframes);
+    Tracker tracker({world_.camera, world_.odometry_noise, {}, TrackerOptions{}, 1.0});
+    tracker.Start(map, KeyframeId{0});
+    TrackResult result;
+    double before = 0.0;
+    for (const double at : {0.3, 0.35, 0.4}) {
+      TrackInput input;
+      input.stamp = Timestamp::FromSeconds(at);
+      input.T_base_camera = world_.T_base_camera;
+      input.features = test::Observe(world_, test::SyntheticPose(at) * world_.T_base_camera, 0.5, 3).features;
+      const Rigid3 claimed = test::SyntheticPose(at) * (at == 0.4 ? Embed3(slip) : Rigid3());
+      input.odometry = test::ExactOdometry(world_, test::SyntheticPose(before), claimed);
+      before = at;
+      result = tracker.Track(input, map);
+    }
+    return result;
+  }
+
+  test::SyntheticWorld world_ = test::MakeSyntheticWorld({});
+};
+
+double OffTruth(const TrackResult& result) {
+  return (result.T_map_base.translation - test::SyntheticPose(0.4).translation).norm();
+}
+
+TEST_F(TrackerDoubtTest, TwoKeyframesDoNotOverruleTheWheels) {
+  const TrackResult result = TrackAfterSlip(2, Rigid2(0.2, 0.0, 0.0));
+  EXPECT_EQ(result.status, TrackingState::kOdometry);
+  EXPECT_FALSE(result.odometry_rejected);
+  EXPECT_NEAR(OffTruth(result), 0.2, 0.01);
+}
+
+TEST_F(TrackerDoubtTest, ThreeDo) {
+  const TrackResult result = TrackAfterSlip(3, Rigid2(0.2, 0.0, 0.0));
+  EXPECT_EQ(result.status, TrackingState::kTracking);
+  EXPECT_TRUE(result.odometry_rejected);
+  EXPECT_LT(OffTruth(result), 0.02);
+}
+
+TEST_F(TrackerDoubtTest, WheelsThatAgreeNeedNoMoreThanTwo) {
+  const TrackResult result = TrackAfterSlip(2, Rigid2());
+  EXPECT_EQ(result.status, TrackingState::kTracking);
+  EXPECT_LT(OffTruth(result), 0.01);
+}
+
+}  // namespace
+}  // namespace planar_vslam
