@@ -217,6 +217,8 @@ void AddLoops(const EstimatorReport& report, Json* json) {
 void AddInput(const EstimatorReport& report, const RunResult& result, Json* json) {
   (*json)["odometry_rejected"] = report.odometry_rejected;
   (*json)["slips"] = report.slips;
+  const std::optional<Deviation>& missed = report.missed_readout;
+  (*json)["missed_readout"] = missed.has_value() ? Json{{"seconds", missed->value}, {"sigma", missed->sigma}} : Json();
   (*json)["odometry_covariance"] = {{"by_model", report.odometry_by_model},
                                     {"by_messages", report.odometry_by_messages}};
   (*json)["findings"] = result.findings;

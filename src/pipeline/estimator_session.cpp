@@ -9,6 +9,7 @@ void Estimator::Session::Count(const FrameReport& frame, const std::optional<Pla
   report.odometry_rejected += frame.odometry_rejected ? 1 : 0;
   if (frame.odometry_rejected && !slipping) ++report.slips;
   slipping = frame.odometry_rejected;
+  report.missed_readout = localization->MissedReadout();
   if (!step.has_value()) return;
   distance += step->distance;
   ++(step->modelled ? report.odometry_by_model : report.odometry_by_messages);

@@ -22,8 +22,8 @@ FrameFeaturesPtr Extract(OrbExtractor* extractor, const GrayImage& image, bool i
 Localization::Localization(const PipelineOptions& options, const MeasurementModel& model, Schedule schedule,
                            std::size_t trajectory_frames)
     : model_(model),
-      feature_count_(options.orb.feature_count),
-      extractor_(options.orb, model.camera),
+      images_{options.orb.feature_count, OrbExtractor(options.orb, model.camera),
+              ImageTiming(options.image_timing, model.camera)},
       beginning_{Initializer(options.initializer, model, options.orb.ScaleFactors()), EarlyFrames(trajectory_frames),
                  nullptr, std::nullopt},
       tracker_({model.camera, model.odometry_noise, model.planar, options.tracker, model.pixel_sigma}),
@@ -78,7 +78,8 @@ TrackedFrame Localization::Locate(const FramePacket& packet, KeyframeSlot slot, 
   frame.features = std::move(features);
   if (frame.features == nullptr) {
     const Stopwatch extracting;
-    frame.features = Extract(&extractor_, packet.image.image, known_.map == nullptr, feature_count_);
+    frame.features = images_.timing.Straightened(
+        Extract(&images_.extractor, packet.image.image, known_.map == nullptr, images_.feature_count), packet);
     report->times.push_back({"frame.extract", extracting.Milliseconds()});
   }
   if (!packet.odometry.empty()) {
@@ -152,9 +153,10 @@ void Localization::Track(const FramePacket& packet, KeyframeSlot slot, TrackedFr
     report->state = TrackingState::kTracking;
   if (found && !was_localized) report->state = TrackingState::kRelocalized;
   report->inliers = track.inliers;
+  if (by_camera) images_.timing.Watch(packet, *frame->features, track, *known_.map);
   report->covariance =
       track.covariance + CovarianceOfMapAt(track.T_map_base, *known_.map, known_.accuracy, known_.mount);
-  report->covariance(kPlanarRows, kPlanarRows) += relocalizer_.Drift();
+  report->covariance(kPlanarRows, kPlanarRows) += relocalizer_.Drift() + images_.timing.ClockCovariance(packet);
   report->odometry_rejected = track.odometry_rejected;
   if (!tracker_.localized()) {
     report->state = TrackingState::kInitializing;

@@ -13,6 +13,7 @@
 #include "planar_vslam/geometry/stopwatch.h"
 #include "planar_vslam/pipeline/map_scale.h"
 #include "planar_vslam/pipeline/stage_statistics.h"
+#include "planar_vslam/pipeline/wheel_check.h"
 #include "planar_vslam/pipeline/wheel_errors.h"
 
 namespace planar_vslam {
@@ -67,6 +68,7 @@ struct EstimatorReport {
   bool own_map = false;              // the start was not recognised in the map that was loaded...
   std::optional<JoinReport> joined;  // ...and the map that the drive made became one with it
   long odometry_rejected = 0;
+  std::optional<Deviation> missed_readout;  // s, by how much an image's rows take longer than configured
   long slips = 0;                           // times the wheels went another way than the view
   std::optional<ScaleReport> scale;         // only where the map was scaled
   MapScale map_scale;                       // of the map as it is now

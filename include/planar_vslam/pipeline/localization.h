@@ -9,6 +9,7 @@
 #include "planar_vslam/frontend/tracker.h"
 #include "planar_vslam/pipeline/early_frames.h"
 #include "planar_vslam/pipeline/frame_report.h"
+#include "planar_vslam/pipeline/image_timing.h"
 #include "planar_vslam/pipeline/map_accuracy.h"
 #include "planar_vslam/pipeline/map_change.h"
 #include "planar_vslam/pipeline/mapping.h"
@@ -50,6 +51,8 @@ class Localization {
   std::optional<PlanarFix> LastFix() const;
   const std::shared_ptr<const Map>& map() const { return known_.map; }
   const TrajectoryRecorder& trajectory() const { return trajectory_; }
+  // By how much an image's rows seem to take longer than configured (image_timing.h).
+  std::optional<Deviation> MissedReadout() const { return images_.timing.MissedReadout(); }
 
  private:
   std::shared_ptr<const Map> Initialize(const FramePacket& packet, TrackedFrame* frame, FrameReport* report);
@@ -67,8 +70,11 @@ class Localization {
   CameraView ViewOf(const FramePacket& packet, const TrackedFrame& frame) const;
 
   const MeasurementModel model_;
-  const int feature_count_;  // of an image
-  OrbExtractor extractor_;
+  struct Images {
+    int feature_count;
+    OrbExtractor extractor;
+    ImageTiming timing;
+  } images_;
   struct Beginning {  // of a map
     Initializer initializer;
     EarlyFrames early;                 // from before the first pose

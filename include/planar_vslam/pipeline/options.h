@@ -37,6 +37,22 @@ struct MountUncertainty {
   std::vector<std::string> Problems() const { return ProblemsOf(*this); }
 };
 
+// When the rows of an image were exposed (image_timing.h).
+struct ImageTimingOptions {
+  double readout = 0.0;       // s
+  double sigma_clock = 0.01;  // s
+
+  template <class Self, class Visitor>
+  static void Visit(Self& o, Visitor& v) {
+    constexpr double kLongest = 0.1;
+    v("readout", o.readout, unit::kSeconds, bound::FromTo(-kLongest, kLongest),
+      "from an image's first row to its last; its stamp is that of the middle row");
+    v("sigma_clock", o.sigma_clock, unit::kSeconds, bound::AtLeast(0.0),
+      "how far the images' stamps may be off the wheels' clock: part of published covariances");
+  }
+  std::vector<std::string> Problems() const { return ProblemsOf(*this); }
+};
+
 // Whether the laser helps to localise in a saved map that has sweeps.
 enum class LaserLocalize { kAuto, kOff };
 
@@ -84,6 +100,7 @@ struct PipelineOptions {
   MapBuilderOptions mapping2d;
   TopicOptions topics;
   MountUncertainty mount;
+  ImageTimingOptions image_timing;
   SensorCorrection calibration;         // applied to everything that comes in
   bool final_bundle_adjustment = true;  // the key `bundle.final`
 
@@ -149,6 +166,8 @@ struct PipelineOptions {
     OdometryNoise::Visit(o.odometry_noise, v);
     v.Section("mount", "How well the camera's mount tells where the base is, for the covariance of poses.");
     MountUncertainty::Visit(o.mount, v);
+    v.Section("image_timing", "When the rows of an image were exposed: rolling shutters, stamps of another clock.");
+    ImageTimingOptions::Visit(o.image_timing, v);
     v.Section("planar", "What the floor says of the base's pose.");
     PlanarPriorOptions::Visit(o.planar, v);
   }
