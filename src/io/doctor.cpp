@@ -55,11 +55,18 @@ class Examination {
     FindingsInput input{trial.estimator->report(), watch_,          map.get(), std::move(unused), {},
                         info_.has_base_transform,  info_.has_laser, {}};
     input.motion = trial.result.motion;
-    input.laser_is_matched = trial.estimator->settings().options.scan_match.enabled;
+    const PipelineOptions& options = trial.estimator->settings().options;
+    input.laser_is_matched = options.scan_match.enabled;
+    input.starts_by_images = options.initializer.mode == InitializationMode::kVisual;
     if (trial.yaw.has_value() && Forwards(input.motion)) input.motion.direction.reset();  // told better by its yaw
+    if (!input.motion.time_offset.has_value() && by_images != nullptr) {
+      input.motion.time_offset = by_images->result.motion.time_offset;
+    }
     found_ = FindAll(input);
-    if (trial.yaw.has_value() && !watch_.laser().IsUpsideDown()) AddYaw(*trial.yaw);  // the laser would bend it
+    const bool bent = Found("laser", Harm::kWorthless) || Found("clocks", Harm::kWorthless);  // so is the yaw
+    if (trial.yaw.has_value() && !bent) AddYaw(*trial.yaw);
     if (by_images != nullptr) AddSigns(by_images->result.motion);
+    if (Found("odometry", Harm::kWorthless)) DropLaser();
     if (!info_.topics.empty()) Add("topics", info_.topics);
     if (!info_.frames.empty()) Add("tf", info_.frames);
     AddCamera();
@@ -77,6 +84,12 @@ class Examination {
     return !motion.direction.has_value() || std::abs(motion.direction->value) < M_PI_2;
   }
 
+  bool Found(const char* what, Harm at_least = Harm::kMissing) const {
+    return std::any_of(found_.begin(), found_.end(), [what, at_least](const Finding& finding) {
+      return std::string(finding.subject) == what && finding.harm >= at_least;
+    });
+  }
+
   void AddYaw(const CalibratedValue& yaw) {
     constexpr double kLeast = 0.6, kSigmas = 5.0;  // deg
     const double degrees = RadiansToDegrees(yaw.value), sigma = RadiansToDegrees(yaw.sigma);
@@ -86,6 +99,12 @@ class Examination {
          fmt::format("the camera's yaw in tf is off by {:.1f} deg or more: it looks further to the {} than "
                      "said; run `planar_vslam calibrate`",
                      std::abs(degrees), degrees > 0.0 ? "left" : "right")});
+  }
+
+  // Against wheels that are wrong any laser looks wrong.
+  void DropLaser() {
+    const auto is_laser = [](const Finding& finding) { return std::string(finding.subject) == "laser"; };
+    found_.erase(std::remove_if(found_.begin(), found_.end(), is_laser), found_.end());
   }
 
   // What only a map without the wheels shows.
@@ -177,7 +196,7 @@ class Examination {
   }
 
   void AddMap(const Map* map) {
-    Add("scale", map != nullptr && map->metric ? "its sources agree" : "");
+    Add("scale", map != nullptr && map->metric && !Found("scale") ? "its sources agree" : "");
     Add("map", map == nullptr ? std::string("none came about on trial")
                               : fmt::format("on trial: {} keyframes, {} points, {}", map->keyframes.size(),
                                             map->landmarks.size(), map->metric ? "metric" : "scale unknown"));

@@ -35,7 +35,7 @@ std::optional<double> Difference(const PlanarScan& first, const PlanarScan& seco
 }  // namespace
 
 void LaserCheck::Add(const LaserFrame& frame) {
-  if (agree_ + mirrored_ >= kEnough || sweeps_.size() > kMostWaiting) return;
+  if ((agree_ + mirrored_ >= kEnough && direction_.IsDone()) || sweeps_.size() > kMostWaiting) return;
   if (!sweeps_.empty() && SecondsBetween(sweeps_.back().scan.stamp, frame.scan.stamp) < kApart) return;
   sweeps_.push_back(frame);
 }
@@ -59,6 +59,7 @@ void LaserCheck::Compare(const LaserFrame& first, const LaserFrame& second) {
   const std::optional<Rigid2> T_odom_first = odometry_.Interpolate(first.scan.stamp);
   const std::optional<Rigid2> T_odom_second = odometry_.Interpolate(second.scan.stamp);
   if (!T_odom_first.has_value() || !T_odom_second.has_value()) return;
+  CompareWay(second, *T_odom_second);
   const double turn = WrapAngle(T_odom_second->angle - T_odom_first->angle);
   if (std::abs(turn) < kLeastTurn || std::abs(turn) > kMostTurn) return;
   // About the laser's own axis, which points down where it hangs.
@@ -68,6 +69,24 @@ void LaserCheck::Compare(const LaserFrame& first, const LaserFrame& second) {
   if (!as_said.has_value() || !mirrored.has_value()) return;
   agree_ += *as_said < kClear * *mirrored ? 1 : 0;
   mirrored_ += *mirrored < kClear * *as_said ? 1 : 0;
+}
+
+// With the last sweep from which the robot has driven far enough, but not turned too far.
+void LaserCheck::CompareWay(const LaserFrame& frame, const Rigid2& T_odom_base) {
+  constexpr double kFar = 0.4, kTurned = 0.4;  // m, rad
+  if (way_start_.has_value()) {
+    const Rigid2 driven = way_start_->second.Inverse() * T_odom_base;
+    if (driven.translation.norm() < kFar && std::abs(driven.angle) < kTurned) return;
+    direction_.Add(way_start_->first, frame, driven);
+  }
+  way_start_.emplace(frame, T_odom_base);
+}
+
+std::optional<double> LaserCheck::Turned() const {
+  if (IsUpsideDown() || !way_start_.has_value()) return std::nullopt;
+  const std::optional<double> turned = direction_.Turned();
+  const bool hangs = way_start_->first.T_base_laser.R()(2, 2) < 0.0;  // so its axis points down
+  return turned.has_value() && hangs ? std::optional<double>(WrapAngle(-*turned)) : turned;
 }
 
 bool LaserCheck::IsUpsideDown() const {

@@ -9,6 +9,7 @@ namespace {
 constexpr double kLongestStep = 0.5;        // s between neighbours
 constexpr std::size_t kStraightFrames = 5;  // over which a direction is told
 constexpr double kFewest = 30.0;            // steps that show something
+constexpr double kNearOffset = 0.3;         // s, to either side of a rough offset
 constexpr std::size_t kBlock = 25;          // directions ...
 constexpr std::size_t kFewestBlocks = 5;    // ... whose blocks tell how well it is known
 
@@ -53,19 +54,58 @@ Turns SumTurns(const std::vector<SeenPose>& seen, const OdometryBuffer& wheels, 
   return sums;
 }
 
+// How much the turns of single steps differ under an offset, in the mean. Nothing where too few steps are covered.
+std::optional<double> TurnDifference(const std::vector<SeenPose>& seen, const OdometryBuffer& wheels, double offset) {
+  constexpr double kMostDifference = 0.1;   // rad, of a step
+  constexpr std::size_t kMostSteps = 2000;  // of a long drive, that are looked at
+  const std::size_t every = 1 + seen.size() / kMostSteps;
+  double sum = 0.0, count = 0.0;
+  for (std::size_t i = 1; i < seen.size(); i += every) {
+    const SeenPose &a = seen[i - 1], &b = seen[i];
+    if (SecondsBetween(a.stamp, b.stamp) > kLongestStep) continue;
+    const std::optional<Rigid2> driven = Driven(wheels, a.stamp, b.stamp, offset);
+    if (!driven.has_value()) continue;
+    const double view = WrapAngle(b.T_map_base.angle - a.T_map_base.angle);
+    sum += std::min(kMostDifference, std::abs(WrapAngle(view - driven->angle)));
+    count += 1.0;
+  }
+  if (count < kFewest) return std::nullopt;
+  return sum / count;
+}
+
+// The offset around which to look exactly: none, unless the turns are clearly more alike far from it. Turns that
+// repeat themselves are alike under several offsets, hence clearly.
+double RoughOffset(const std::vector<SeenPose>& seen, const OdometryBuffer& wheels) {
+  constexpr int kSteps = 50;        // to either side ...
+  constexpr double kStep = 0.1;     // ... of s, less than turns last
+  constexpr double kClearly = 0.5;  // of the difference near no offset
+  std::optional<double> near, best;
+  double best_offset = 0.0;
+  for (int k = -kSteps; k <= kSteps; ++k) {
+    const double offset = kStep * k;
+    const std::optional<double> difference = TurnDifference(seen, wheels, offset);
+    if (!difference.has_value()) continue;
+    if (std::abs(offset) <= kNearOffset && (!near.has_value() || *difference < *near)) near = difference;
+    if (best.has_value() && *difference >= *best) continue;
+    best = difference;
+    best_offset = offset;
+  }
+  return near.has_value() && *best < kClearly * *near ? best_offset : 0.0;
+}
+
 // The offset under which the wheels' turns are most like the images', by Gauss and Newton.
 std::optional<Deviation> TimeOffset(const std::vector<SeenPose>& seen, const OdometryBuffer& wheels) {
-  constexpr double kWidest = 0.3;  // s
   constexpr int kRounds = 6;
-  Deviation offset;
+  const double rough = RoughOffset(seen, wheels);
+  Deviation offset{rough, 0.0};
   for (int round = 0; round < kRounds; ++round) {
     const Turns sums = SumTurns(seen, wheels, offset.value);
     if (sums.ww < kFewest || sums.gg == 0.0) return std::nullopt;
-    offset.value = std::clamp(offset.value + sums.gr / sums.gg, -kWidest, kWidest);
+    offset.value = std::clamp(offset.value + sums.gr / sums.gg, rough - kNearOffset, rough + kNearOffset);
     offset.sigma = std::sqrt(sums.rr / sums.ww / sums.gg);
   }
   constexpr double kTold = 0.02;  // s; where little turns, the rest is noise
-  if (offset.sigma > kTold || std::abs(offset.value) >= kWidest) return std::nullopt;
+  if (offset.sigma > kTold || std::abs(offset.value - rough) >= kNearOffset) return std::nullopt;
   return offset;
 }
 

@@ -127,6 +127,11 @@ TEST_F(DoctorTest, AClockThatIsOffIsToldByHowMuch) {
               Verdict::kLook, "clocks", " ms later");
 }
 
+TEST_F(DoctorTest, AClockThatIsFarOffIsBroken) {
+  ExpectNamed(Of<OdometryReading>([](OdometryReading* reading) { reading->stamp.nanoseconds -= 500'000'000; }),
+              Verdict::kBroken, "clocks", " ms earlier");
+}
+
 TEST_F(DoctorTest, ABodyFrameIsNoOpticalOne) {
   ExpectNamed(
       Of<CameraFrame>([](CameraFrame* frame) { frame->T_base_camera.rotation = Eigen::Quaterniond::Identity(); }),
@@ -138,6 +143,13 @@ TEST_F(DoctorTest, ALaserUpsideDownIsBroken) {
                 frame->T_base_laser.rotation = frame->T_base_laser.rotation * Eigen::Quaterniond(0.0, 1.0, 0.0, 0.0);
               }),
               Verdict::kBroken, "laser", "upside down");
+}
+
+TEST_F(DoctorTest, ALaserThatLooksElsewhereIsBroken) {
+  const Eigen::Quaterniond yaw(Eigen::AngleAxisd(M_PI_2, Eigen::Vector3d::UnitZ()));
+  ExpectNamed(
+      Of<LaserFrame>([&yaw](LaserFrame* frame) { frame->T_base_laser.rotation = frame->T_base_laser.rotation * yaw; }),
+      Verdict::kBroken, "laser", "about 90 deg further to the right than tf says");
 }
 
 TEST_F(DoctorTest, LostImagesAreCounted) {

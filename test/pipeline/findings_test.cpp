@@ -275,6 +275,38 @@ TEST_F(FindingsTest, OdometryThatNeverMovesIsNamedWhereNoMapCame) {
   ExpectOne({"odometry never moved", "init=visual"});
 }
 
+// What a clock that is far off spoils is not blamed on mount and wheels.
+TEST_F(FindingsTest, AClockThatIsFarOffIsTheOnlyFaultNamed) {
+  Watch(200, Always);
+  map_ =
+      Drive([](const Rigid2& step) { return Rigid2(step.translation.x(), step.translation.y(), 1.06 * step.angle); });
+  report_.odometry_rejected = 60;
+  FindingsInput input{report_, watch_, &map_};
+  EXPECT_EQ(Findings(input).size(), 2U);
+  input.motion.time_offset = Deviation{-0.5, 0.005};
+  const std::vector<Finding> found = FindAll(input);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].harm, Harm::kWorthless);
+  for (const char* part : {"500 ms earlier", "chrony", "add -0.50 to calibration.time_offset"}) {
+    EXPECT_NE(found[0].text.find(part), std::string::npos) << found[0].text;
+  }
+  input.motion.time_offset = Deviation{0.08, 0.005};
+  EXPECT_EQ(Findings(input).size(), 3U) << "80 ms spoil no drive";
+  input.motion.time_offset = Deviation{0.5, 0.2};
+  EXPECT_EQ(Findings(input).size(), 2U) << "that is no certainty";
+}
+
+TEST_F(FindingsTest, WhatIsSetAlreadyIsNotAdvised) {
+  Watch(200, Always);
+  FindingsInput input{report_, watch_};
+  ASSERT_EQ(Findings(input).size(), 1U);
+  EXPECT_NE(Findings(input)[0].find("init=visual"), std::string::npos);
+  input.starts_by_images = true;
+  ASSERT_EQ(Findings(input).size(), 1U);
+  EXPECT_EQ(Findings(input)[0].find("init=visual"), std::string::npos);
+  EXPECT_NE(Findings(input)[0].find("camera_info"), std::string::npos);
+}
+
 TEST_F(FindingsTest, UnusedInputCountsWhereItIsMuch) {
   Watch(200, Always);
   unused_["image not decodable"] = 100;

@@ -31,8 +31,9 @@ struct FindingsInput {
   std::vector<std::string> notes = {};      // of the recording: come last
   bool has_base = true;
   bool has_laser = false;
-  MotionAgreement motion = {};   // of the poses found by sight and the wheels as they were corrected
-  bool laser_is_matched = true;  // as the configuration says
+  MotionAgreement motion = {};    // of the poses found by sight and the wheels as they were corrected
+  bool laser_is_matched = true;   // as the configuration says
+  bool starts_by_images = false;  // the same: a map begins without the wheels
 };
 
 // Whether there is no map, or one that held so few of the frames that it says nothing.

@@ -1,8 +1,10 @@
 #pragma once
-// Whether a laser turns the way the wheels do: one that hangs upside down against what tf says turns the other way. As
-// measurements come in, in bounded memory.
+// Whether a laser turns the way the wheels do: one that hangs upside down against what tf says turns the other way.
+// Whether it looks where tf says. As measurements come in, in bounded memory.
 #include <deque>
+#include <utility>
 
+#include "planar_vslam/pipeline/laser_direction.h"
 #include "planar_vslam/sensor/buffers.h"
 
 namespace planar_vslam {
@@ -18,13 +20,18 @@ class LaserCheck {
   long mirrored() const { return mirrored_; }
   // Whether so many more are mirrored that the mount is wrong.
   bool IsUpsideDown() const;
+  // rad, to the left: see LaserDirection. Nothing where it hangs upside down against tf.
+  std::optional<double> Turned() const;
 
  private:
   void Compare(const LaserFrame& first, const LaserFrame& second);
+  void CompareWay(const LaserFrame& frame, const Rigid2& T_odom_base);
 
   OdometryBuffer odometry_;
   std::deque<LaserFrame> sweeps_;  // some of them, that wait for odometry; the first has been compared
   long agree_ = 0, mirrored_ = 0;
+  LaserDirection direction_;
+  std::optional<std::pair<LaserFrame, Rigid2>> way_start_;  // a sweep, and T_odom_base there
 };
 
 }  // namespace planar_vslam

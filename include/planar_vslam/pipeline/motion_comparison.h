@@ -18,7 +18,7 @@ struct SeenPose {
 };
 
 struct MotionAgreement {
-  std::optional<Deviation> time_offset;  // s, odometry's stamps minus the images'
+  std::optional<Deviation> time_offset;  // s, odometry's stamps minus the images'; up to 5 s are found
   std::optional<Deviation> turn;         // how much further the wheels turned, as a share; below -1: the other way
   std::optional<Deviation> direction;    // rad, counter-clockwise from where the images drive to where the wheels do
 };

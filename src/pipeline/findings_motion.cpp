@@ -1,0 +1,218 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "findings_parts.h"
+#include "planar_vslam/pipeline/wheel_check.h"
+
+namespace planar_vslam {
+namespace {
+
+// Limits beyond what drives with good sensors show (chosen by looking at simulated and recorded ones).
+constexpr double kRejectedShare = 0.1;  // of frames with odometry, on which the view contradicts the wheels
+constexpr double kSomeRejected = 0.02;  // the same, where something else is wrong, too
+constexpr double kOffFloorShare = 0.5;  // of keyframes; ramps and sills take fewer
+constexpr double kTurnShare = 0.03;     // that wheels turn too far ...
+constexpr double kDirection = 1.2;      // deg that wheels drive askew ...
+constexpr double kSigmas = 5.0;         // ... and each so many standard deviations
+constexpr double kClockSigmas = 3.0;
+constexpr double kFrameSigmas = 3.0;  // of a direction by all frames
+constexpr double kFastest = 40.0;     // m/s, of a car
+
+// Whether a camera seems to be mounted in the axes of a body, x forward and z up: it would look at the ceiling.
+bool LooksLikeABodyFrame(const Rigid3& T_base_camera) {
+  // z up and x forward, where an optical axis should point forward: within 25 degrees each.
+  constexpr double kAligned = 0.9;
+  const Eigen::Matrix3d R = T_base_camera.R();
+  return R(2, 2) > kAligned && R(0, 0) > kAligned;
+}
+
+// Whether most images have no odometry around them.
+bool ClocksDiffer(const FindingsInput& in) {
+  const auto uncovered = in.unused.find("image waited for odometry in vain");
+  constexpr double kMany = 0.5;
+  return in.input.odometry().Apart(in.input.images()) != 0.0 ||
+         (uncovered != in.unused.end() &&
+          static_cast<double>(uncovered->second) > kMany * static_cast<double>(in.input.images().intervals.count()));
+}
+
+// By how much odometry's stamps are off, where that is told with certainty.
+std::optional<double> ClockOffset(const FindingsInput& in) {
+  constexpr double kLeast = 0.03;  // s: as much as a loaded computer delays a stamp by
+  const auto& offset = in.motion.time_offset;
+  if (!offset.has_value() || std::abs(offset->value) < kLeast + kClockSigmas * offset->sigma) return std::nullopt;
+  return offset->value;
+}
+
+// Whether by so much that wheels and images contradict each other because of it.
+bool ClockIsFarOff(const FindingsInput& in) {
+  constexpr double kFar = 0.15;  // s: 4 degrees at 0.5 rad/s
+  return std::abs(ClockOffset(in).value_or(0.0)) > kFar;
+}
+
+// Links between keyframes tell of few, steps between frames of many, and more exactly.
+void AddDirection(const WheelCheck& links, const MotionAgreement& frames, Found* found) {
+  constexpr double kBackwards = 90.0, kFrameDirection = 0.4;  // deg
+  const auto& direction = frames.direction.has_value() ? frames.direction : links.direction;
+  if (!direction.has_value()) return;
+  const double degrees = RadiansToDegrees(direction->value);
+  const double least = frames.direction.has_value() ? kFrameDirection : kDirection;
+  const double sigmas = frames.direction.has_value() ? kFrameSigmas : kSigmas;
+  if (std::abs(degrees) > kBackwards) {
+    found->push_back({Harm::kWorthless, "odometry",
+                      "the wheels drive backwards where the images go forwards: the sign of the odometry or the "
+                      "direction of the camera in tf is wrong"});
+  } else if (std::abs(degrees) > least && std::abs(direction->value) > sigmas * direction->sigma) {
+    found->push_back({Harm::kBent, "mount",
+                      fmt::format("the wheels drive {:.1f} deg {} of where the images do, although the map leans "
+                                  "towards the wheels: the yaw of the camera in tf looks wrong; run `planar_vslam "
+                                  "calibrate`",
+                                  std::abs(degrees), degrees > 0.0 ? "left" : "right")});
+  }
+}
+
+}  // namespace
+
+double OffFloor(const Map* map) {
+  if (map == nullptr || static_cast<long>(map->keyframes.size()) < kFewestKeyframes) return 0.0;
+  double off = 0.0;
+  for (const auto& [id, keyframe] : map->keyframes) off += keyframe.on_floor ? 0.0 : 1.0;
+  return off / static_cast<double>(map->keyframes.size());
+}
+
+long FramesIn(const EstimatorReport& report, TrackingState state) {
+  const auto count = report.frames.find(state);
+  return count == report.frames.end() ? 0 : count->second;
+}
+
+// Whether the wheels gave most of the poses.
+bool IsBlind(const EstimatorReport& report) {
+  constexpr double kMost = 0.5;
+  const long blind = FramesIn(report, TrackingState::kOdometry);
+  const long by_sight = FramesIn(report, TrackingState::kTracking) + FramesIn(report, TrackingState::kRelocalized);
+  return blind > kFewestKeyframes && static_cast<double>(blind) > kMost * static_cast<double>(blind + by_sight);
+}
+
+void AddMount(const FindingsInput& in, Found* found) {
+  const long steps = in.report.odometry_by_model + in.report.odometry_by_messages;
+  const double rejected =
+      steps > 0 ? static_cast<double>(in.report.odometry_rejected) / static_cast<double>(steps) : 0.0;
+  const bool many_rejected = rejected > kRejectedShare && in.report.odometry_rejected > kFewestKeyframes;
+  // Beyond a ramp the robot is off the floor of its first keyframe for good, and its wheels go on agreeing.
+  const double off_floor = OffFloor(in.map);
+  const bool floor_left = in.has_base && !ClockIsFarOff(in) && off_floor > kOffFloorShare &&
+                          (rejected > kSomeRejected || IsBlind(in.report));
+  const auto& mount = in.input.T_base_camera();
+  const bool body = in.has_base && mount.has_value() && LooksLikeABodyFrame(*mount);
+  if (body && (many_rejected || floor_left || IsBlind(in.report) || in.map == nullptr)) {
+    found->push_back({Harm::kWorthless, "mount",
+                      "the images' frame looks like a body frame (x forward, z up), not an optical one (z forward, y "
+                      "down): the camera seems to look at the ceiling; set the driver's optical frame id, or its tf"});
+  }
+  if (many_rejected && !ClockIsFarOff(in)) {
+    found->push_back({Harm::kWorthless, "mount",
+                      fmt::format("{} of {} steps of the wheels contradict the images: wheels that slip or read wrong, "
+                                  "or a wrong mount or calibration of the camera; check tf and camera_info",
+                                  in.report.odometry_rejected, steps)});
+  }
+  if (floor_left) {
+    found->push_back(
+        {Harm::kWorthless, "mount",
+         fmt::format("{:.0f} % of the keyframes stand off the floor: height or tilt of the camera in tf is wrong, "
+                     "or the floor is not flat (then --set planar.mode=off)",
+                     100.0 * off_floor)});
+  }
+}
+
+void AddNoMap(const FindingsInput& in, Found* found) {
+  constexpr double kDriven = 1.0;  // m
+  if (!HardlyMapped(in.report, in.map)) return;
+  const char* outcome = in.map == nullptr ? "came about" : "lasted";
+  if (in.starts_by_images) {
+    if (in.input.wheel_way() < kDriven) return;
+    found->push_back({Harm::kWorthless, "images",
+                      fmt::format("no map {}, although the robot drove {:.1f} m: the images show too little, or the "
+                                  "camera's calibration is wrong; check camera_info",
+                                  outcome, in.input.wheel_way())});
+    return;
+  }
+  if (ClocksDiffer(in)) return;    // told by that
+  constexpr double kStood = 0.02;  // m
+  if (in.input.odometry().intervals.count() > 0 && in.map == nullptr && in.input.wheel_way() < kStood) {
+    found->push_back({Harm::kWorthless, "odometry",
+                      "no map came about: odometry never moved. If the robot did, its wheels report nothing; --set "
+                      "init=visual does without them"});
+    return;
+  }
+  if (in.input.wheel_way() < kDriven) return;
+  found->push_back(
+      {Harm::kWorthless, "odometry",
+       fmt::format(
+           "no map {}, although the wheels drove {:.1f} m: odometry may run backwards, or the camera's mount or "
+           "calibration be wrong; --set init=visual does without them",
+           outcome, in.input.wheel_way())});
+}
+
+void AddWheels(const FindingsInput& in, Found* found) {
+  const double speed = in.input.wheel_speed();
+  if (speed > kFastest) {
+    found->push_back({Harm::kWorthless, "odometry",
+                      fmt::format("the wheels drive at {:.0f} m/s: odometry is not in metres (as in "
+                                  "millimetres?); correct its publisher",
+                                  speed)});
+  }
+  constexpr double kOften = 0.05;
+  if (in.input.odometry_back_and_forth() > kOften) {
+    found->push_back({Harm::kBent, "odometry",
+                      fmt::format("{:.0f} % of odometry's steps take back the one before, faster than a robot can: two "
+                                  "sources on one topic (or tf)? Stop one of them",
+                                  100.0 * in.input.odometry_back_and_forth())});
+  }
+  if (in.map == nullptr || static_cast<long>(in.map->keyframes.size()) < kFewestKeyframes) return;
+  if (ClockIsFarOff(in)) return;  // told by that
+  const WheelCheck check = CheckWheels(*in.map);
+  AddDirection(check, in.motion, found);
+  if (!check.turn.has_value()) return;
+  const double turn = check.turn->value - in.report.wheels.log_turn;  // the map's links are corrected by that
+  if (std::abs(turn) > kTurnShare && std::abs(turn) > kSigmas * check.turn->sigma) {
+    found->push_back(
+        {Harm::kBent, "odometry",
+         fmt::format("the wheels turn {:.1f} % too {} (or the focal length in camera_info is as much too "
+                     "{}); run `planar_vslam calibrate`",
+                     100.0 * std::abs(turn), turn > 0.0 ? "far" : "little", turn > 0.0 ? "long" : "short")});
+  }
+}
+
+void AddClocks(const FindingsInput& in, Found* found) {
+  constexpr const char* kCure =
+      "the clocks of two computers differ, or a driver stamps wrongly; synchronise them (chrony)";
+  const std::pair<const char*, const StreamRhythm*> streams[] = {{"odometry", &in.input.odometry()},
+                                                                 {"the laser", &in.input.scans()}};
+  bool odometry_told = false;
+  for (const auto& [name, stream] : streams) {
+    const double apart = stream->Apart(in.input.images());
+    if (apart == 0.0) continue;
+    odometry_told = odometry_told || stream == &in.input.odometry();
+    found->push_back({Harm::kWorthless, "clocks",
+                      fmt::format("all stamps of {} lie {:.1f} s or more {} those of the images: {}", name,
+                                  std::abs(apart), apart > 0.0 ? "after" : "before", kCure)});
+  }
+  if (ClocksDiffer(in) && !odometry_told) {
+    found->push_back(
+        {Harm::kWorthless, "clocks",
+         fmt::format("odometry has no readings around the stamps of most images: it stopped, or {}", kCure)});
+  }
+  const std::optional<double> offset = ClockOffset(in);
+  if (!offset.has_value()) return;
+  const std::string cure = ClockIsFarOff(in)
+                               ? fmt::format(
+                                     "{}; for this recording, add {:.2f} to calibration.time_offset, then run "
+                                     "`planar_vslam calibrate`",
+                                     kCure, *offset)
+                               : std::string("run `planar_vslam calibrate`");
+  found->push_back({ClockIsFarOff(in) ? Harm::kWorthless : Harm::kBent, "clocks",
+                    fmt::format("odometry's stamps are {:.0f} ms {} than the images'{} {}", 1e3 * std::abs(*offset),
+                                *offset > 0.0 ? "later" : "earlier", ClockIsFarOff(in) ? ":" : ";", cure)});
+}
+
+}  // namespace planar_vslam
