@@ -16,6 +16,7 @@ from std_msgs.msg import Float64
 
 LONGEST, PATIENCE = 300.0, 120.0  # s: simulated, for a goal; of wall time, for a message
 SETTLED = 1.2                     # s of wall time after a goal: the simulator reports once a second
+COUNTS = ('collisions', 'caught', 'bumps')  # of the simulator: drove into, walked into while it moved, while it stood
 UNDER_WAY = 0.7                   # m driven before a mishap
 
 
@@ -24,7 +25,7 @@ class Client:
 
     def __init__(self, alive):
         self.alive = alive
-        self.said = {'collisions': 0, 'bumps': 0}
+        self.said = dict.fromkeys(COUNTS, 0)
         rospy.init_node('run_goals', disable_signals=True)
         self.cmd_vel = rospy.Publisher('cmd_vel', Twist, queue_size=1)
         self.kidnap = rospy.Publisher('kidnap', PoseStamped, queue_size=1)
@@ -43,7 +44,7 @@ class Client:
     def on_diagnostics(self, message):
         for status in message.status:
             for pair in status.values:
-                if pair.key in ('collisions', 'bumps'):
+                if pair.key in COUNTS:
                     self.said[pair.key] = int(pair.value)
 
     def wait(self, key):
@@ -93,8 +94,8 @@ class Client:
         time.sleep(SETTLED)
         error_m, error_deg = goals_parts.end_error(self.said['pose'], goal)
         return {'goal': goal, 'reached': state == GoalStatus.SUCCEEDED, 'text': self.text(state), 'seconds': seconds, 'error_m': error_m,
-                'error_deg': error_deg, 'collisions': self.said['collisions'] - before['collisions'],
-                'bumps': self.said['bumps'] - before['bumps'], 'mishap': happened, 'real_time': seconds / passed}
+                'error_deg': error_deg, 'mishap': happened, 'real_time': seconds / passed,
+                **{key: self.said[key] - before[key] for key in COUNTS}}
 
     def result(self, begun, mishap):
         """The action's state, None where it took too long, and whether the mishap happened. The state is asked for: a transition

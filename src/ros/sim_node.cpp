@@ -137,6 +137,7 @@ class SimNode {
                                    {"simulated time (s)", fmt::format("{:.1f}", robot_.now())},
                                    {"real-time factor", fmt::format("{:.2f}", factor)},
                                    {"collisions", std::to_string(base.collisions)},
+                                   {"caught", std::to_string(base.caught)},
                                    {"bumps", std::to_string(base.bumps)},
                                    {"refused commands", std::to_string(refused_)}});
   }

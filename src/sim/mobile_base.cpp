@@ -8,6 +8,7 @@ namespace {
 
 constexpr double kGap = 0.002;         // m that the robot keeps from what it stops in front of
 constexpr double kSameContact = 0.03;  // m it must move before the next obstacle counts as another one
+constexpr double kStands = 1.0;        // s: who walks into a robot that stands for so long could have seen that it does
 
 // Both parts of the velocity with their own acceleration; the direction of the change is kept.
 Eigen::Vector3d Approach(const LimitsSpec& limits, const Eigen::Vector3d& from, const Eigen::Vector3d& to,
@@ -47,10 +48,13 @@ BaseState StepBase(const LimitsSpec& limits, BaseKind kind, const Obstacles& obs
     if (falls) next.velocity.z() = 0.0;
     next.T_world_base = state.T_world_base * ExpSe2(seconds * next.velocity);
   }
-  if (blocked && !state.touching) {
-    next.touched_at = from;
-    ++(moves ? next.collisions : next.bumps);
-  }
+  next.overlapped = clearance < 0.0;
+  next.stood = moves ? 0.0 : state.stood + seconds;
+  // Who is in the body already walks on through it: that is one contact.
+  const bool new_contact = (blocked || next.overlapped) && !state.touching && !state.overlapped;
+  if (new_contact && blocked && moves) ++next.collisions;
+  if (new_contact && !(blocked && moves)) ++(next.stood < kStands ? next.caught : next.bumps);
+  if (blocked && !state.touching) next.touched_at = from;
   next.touching =
       blocked || (state.touching && (next.T_world_base.translation - next.touched_at).norm() < kSameContact);
   return next;

@@ -126,6 +126,24 @@ TEST_F(MobileBase, SomebodyWalksIntoItAndItCanLeave) {
   EXPECT_GT(at().x(), 3.2) << "away from those it touched";
 }
 
+TEST_F(MobileBase, SomebodyWalksIntoItFromBehindWhileItMoves) {
+  world_.people.push_back({{{1.0, 1.0}, {5.0, 1.0}}, 0.8, 0.0, 1.75});
+  state_.T_world_base = Rigid2(2.5, 1.0, 0.0);
+  Drive({0.2, 0.0, 0.0}, 4.0);
+  EXPECT_EQ(state_.caught, 1) << "once, though they walk through it";
+  EXPECT_EQ(state_.collisions, 0) << "it drove away from them";
+  EXPECT_EQ(state_.bumps, 0);
+}
+
+TEST_F(MobileBase, WhoStoppedJustNowIsCaught) {
+  world_.people.push_back({{{1.0, 1.0}, {5.0, 1.0}}, 0.8, 0.0, 1.75});
+  state_.T_world_base = Rigid2(3.0, 0.6, M_PI_2);
+  Drive({0.1, 0.0, 0.0}, 1.3);
+  Drive({}, 2.0);
+  EXPECT_EQ(state_.caught, 1);
+  EXPECT_EQ(state_.bumps + state_.collisions, 0);
+}
+
 TEST_F(MobileBase, DoesNotFallOffTheSideOfARamp) {
   ObjectSpec ramp;
   ramp.kind = ObjectKind::kRamp;

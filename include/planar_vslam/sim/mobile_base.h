@@ -1,6 +1,7 @@
 #pragma once
 // A base on wheels that follows velocity commands as far as its motors and the things around it let it.
 #include <Eigen/Core>
+#include <limits>
 
 #include "planar_vslam/geometry/rigid2.h"
 #include "planar_vslam/sim/obstacles.h"
@@ -18,11 +19,14 @@ struct VelocityCommand {
 
 struct BaseState {
   Rigid2 T_world_base;
-  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();    // x, y, yaw in the base's axes, m/s and rad/s
-  bool touching = false;                                 // something in its way
-  Eigen::Vector2d touched_at = Eigen::Vector2d::Zero();  // m, where the robot was when it met that
-  long collisions = 0;                                   // so far, of a robot that moved
-  long bumps = 0;                                        // so far, of people into a robot that stood
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();      // x, y, yaw in the base's axes, m/s and rad/s
+  bool touching = false;                                   // something in its way
+  Eigen::Vector2d touched_at = Eigen::Vector2d::Zero();    // m, where the robot was when it met that
+  bool overlapped = false;                                 // by somebody: nothing else gets into the body
+  double stood = std::numeric_limits<double>::infinity();  // s since it last changed its place
+  long collisions = 0;                                     // so far, with what it drove into
+  long caught = 0;  // so far, people into a robot that moved or had stood for less than a second
+  long bumps = 0;   // so far, people into a robot that had stood for longer
 };
 
 // What the base can make of a command: the direction is kept, the speed limited. A differential base leaves out what is
