@@ -137,11 +137,19 @@ class NavigatorNode {
   }
 
   void OnState(const State& message) {
+    state_at_ = ros::WallTime::now();
     constexpr double kFresh = 0.5;  // s; while no frame comes the state repeats itself, and only this grows
     const bool told = message.localised_by == "camera" || message.localised_by == "laser";
     source_ = told && message.time_since_fix < kFresh      ? PoseSource::kConfirmed
               : told || message.localised_by == "odometry" ? PoseSource::kWheels
                                                            : PoseSource::kNothing;
+  }
+
+  // A state that is no longer repeated, once a second of wall time at least, confirms nothing.
+  PoseSource Source() const {
+    constexpr double kSilent = 3.0;  // s
+    const bool silent = ros::WallTime::now() - state_at_ > ros::WallDuration(kSilent);
+    return silent && source_ == PoseSource::kConfirmed ? PoseSource::kWheels : source_;
   }
 
   void OnSimpleGoal(const geometry_msgs::PoseStamped& message) {
@@ -205,7 +213,7 @@ class NavigatorNode {
     }
     input.quality = quality_;
     input.new_quality = new_quality_;
-    input.source = source_;
+    input.source = Source();
     new_quality_ = false;
     const NavigatorOutput output = navigator_.Step(input);
     Command(output);
@@ -266,6 +274,7 @@ class NavigatorNode {
   std::optional<PoseQuality> quality_;
   bool new_quality_ = false;
   PoseSource source_ = PoseSource::kUnsaid;
+  ros::WallTime state_at_;        // of the last message
   ros::WallTime accepted_;        // the goal
   std::optional<Ending> ending_;  // of the goal: it is over, its client does not know yet
   std::string said_;

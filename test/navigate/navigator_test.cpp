@@ -110,6 +110,62 @@ TEST(Navigator, DrivesByTheWheelsForAWhileThenLooksRound) {
   EXPECT_EQ(plane.DriveTo(goal, 120.0).state, GoalState::kReached);
 }
 
+TEST(Navigator, StandsWhileThePoseIsOldAndGoesOnAfterwards) {
+  const NavigateOptions options;
+  Plane plane(options, TwoRooms(), TwoRooms(), Rigid2(1.0, 1.0, 0.0));
+  const Rigid2 goal(7.0, 4.0, 0.0);
+  plane.DriveTo(goal, 4.0);
+  plane.transform_age = 2.0 * options.max_transform_age;
+  NavigatorOutput output = plane.Step();
+  EXPECT_EQ(output.state, GoalState::kDriving);
+  EXPECT_EQ(output.velocity.Speed(), 0.0);
+  EXPECT_NE(output.text.find("old"), std::string::npos) << output.text;
+  plane.transform_age = std::numeric_limits<double>::infinity();
+  output = plane.Step();
+  EXPECT_EQ(output.velocity.Speed(), 0.0);
+  EXPECT_NE(output.text.find("no pose"), std::string::npos) << output.text;
+  plane.transform_age = 0.0;
+  for (int i = 0; i < 600 && output.state == GoalState::kDriving; ++i) output = plane.Step();
+  EXPECT_EQ(output.state, GoalState::kReached) << output.text;
+  ExpectAt(plane, goal, options);
+}
+
+TEST(Navigator, WhatItKnewOfTheLastGoalDoesNotCountForTheNext) {
+  NavigateOptions options;
+  options.hold_limit = 5.0;
+  Plane plane(options, TwoRooms(), TwoRooms(), Rigid2(1.0, 1.0, 0.0));
+  plane.quality = PoseQuality{2.0 * options.max_position_deviation, 0.0};
+  EXPECT_EQ(plane.DriveTo(Rigid2(3.0, 1.0, 0.0), 4.0).state, GoalState::kDriving) << "held for 4 s";
+  EXPECT_EQ(plane.DriveTo(Rigid2(3.0, 2.0, 0.0), 4.0).state, GoalState::kDriving) << "the patience begins anew";
+  plane.quality = PoseQuality{};
+  EXPECT_EQ(plane.DriveTo(Rigid2(3.0, 2.0, 0.0), 60.0).state, GoalState::kReached);
+}
+
+TEST(Navigator, TheSameGoalAgainIsReachedAtOnce) {
+  const NavigateOptions options;
+  Plane plane(options, TwoRooms(), TwoRooms(), Rigid2(1.0, 1.0, 0.0));
+  const Rigid2 goal(2.5, 1.5, 1.0);
+  ASSERT_EQ(plane.DriveTo(goal, 60.0).state, GoalState::kReached);
+  const Rigid2 there = plane.T_map_base;
+  for (int i = 0; i < 3; ++i) {
+    const double begun = plane.time;
+    EXPECT_EQ(plane.DriveTo(goal, 10.0).state, GoalState::kReached);
+    EXPECT_LT(plane.time - begun, 2.0);
+  }
+  EXPECT_LT((plane.T_map_base.translation - there.translation).norm(), 0.1);
+  EXPECT_EQ(plane.Step().state, GoalState::kNone) << "it is over";
+}
+
+TEST(Navigator, AGoalThatIsSentAgainAndAgainIsReached) {
+  const NavigateOptions options;
+  Plane plane(options, TwoRooms(), TwoRooms(), Rigid2(1.0, 1.0, 0.0));
+  const Rigid2 goal(7.0, 4.0, 0.0);
+  NavigatorOutput output;
+  for (int i = 0; i < 100 && output.state != GoalState::kReached; ++i) output = plane.DriveTo(goal, 1.0);
+  EXPECT_EQ(output.state, GoalState::kReached) << output.text;
+  ExpectAt(plane, goal, options);
+}
+
 TEST(Navigator, ForgetsWhatItMarkedFromAWrongPlace) {
   Navigator navigator{NavigateOptions()};
   navigator.costmap().SetMap(Room(8.0, 5.0));

@@ -58,6 +58,7 @@ class Plane {
     NavigatorInput input;
     input.time = time;
     input.T_map_base = input.T_odom_base = T_map_base;
+    input.transform_age = transform_age;
     input.quality = quality;
     input.new_quality = true;
     input.source = source;
@@ -91,6 +92,7 @@ class Plane {
   double time = 0.0;             // s
   double least_clearance = 1e9;  // m
   bool laser_works = true, wheels_work = true;
+  double transform_age = 0.0;  // s
   std::optional<PoseQuality> quality;
   PoseSource source = PoseSource::kUnsaid;
 

@@ -5,6 +5,7 @@ Map and pose are the simulator's truth: the frame `map` is its `world`.
 """
 import math
 import sys
+import time
 import unittest
 
 import actionlib
@@ -16,6 +17,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TransformStamped
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 from nav_msgs.msg import OccupancyGrid, Odometry, Path
+from planar_vslam.msg import State
 
 PATIENCE = 120.0  # s of simulated time
 
@@ -131,6 +133,35 @@ class Navigator(unittest.TestCase):
         stopped = self.truth.pose
         rospy.sleep(1.0)
         self.assertLess(math.hypot(self.truth.pose[0] - stopped[0], self.truth.pose[1] - stopped[1]), 0.01)
+
+    def test_5_a_goal_again_and_another_one_meanwhile(self):
+        here = goal_at(*self.truth.pose)
+        for _ in range(3):
+            state, text = self.outcome(here)
+            self.assertEqual(state, GoalStatus.SUCCEEDED, text)
+        first = []
+        self.client.send_goal(goal_at(*self.start), done_cb=lambda state, result: first.append(state))
+        rospy.sleep(1.0)
+        other = actionlib.SimpleActionClient('move_base', MoveBaseAction)
+        self.assertTrue(other.wait_for_server(rospy.Duration(PATIENCE)))
+        other.send_goal(here)
+        self.assertTrue(other.wait_for_result(rospy.Duration(PATIENCE)))
+        self.assertEqual(other.get_state(), GoalStatus.SUCCEEDED, other.get_goal_status_text())
+        self.assertEqual(first, [GoalStatus.PREEMPTED])
+
+    def test_6_a_state_that_is_no_longer_said_confirms_nothing(self):
+        said = rospy.Publisher('state', State, queue_size=1)
+        while said.get_num_connections() == 0:
+            rospy.sleep(0.1)
+        said.publish(State(localised_by='camera'))
+        time.sleep(4.0)
+        self.client.send_goal(goal_at(*self.truth.pose))
+        self.assertFalse(self.client.wait_for_result(rospy.Duration(3.0)), 'reached by a pose that nobody confirms')
+        for _ in range(100):
+            said.publish(State(localised_by='camera'))
+            if self.client.wait_for_result(rospy.Duration(0.2)):
+                break
+        self.assertEqual(self.client.get_state(), GoalStatus.SUCCEEDED, self.client.get_goal_status_text())
 
 
 if __name__ == '__main__':
