@@ -31,13 +31,14 @@ std::vector<SightView> AsMapped(const Map& map, const Rigid2& T_map_base, const 
 
 }  // namespace
 
-double LookAlikeShare(const LandmarkTable& table, const Map& map, const Rigid2& T_map_base,
-                      const std::vector<SightView>& views) {
+std::optional<double> LookAlikeShare(const LandmarkTable& table, const Map& map, const Rigid2& T_map_base,
+                                     const std::vector<SightView>& views) {
   constexpr double kElsewhere = 2.0;  // m, from where the same things are not seen the same way
   constexpr double kWindow = 6.0;     // px, that a landmark may lie off
   constexpr std::size_t kVoted = 60;
   constexpr double kLeastInView = 30.0;  // a view
   const std::vector<SightView> mapped = AsMapped(map, T_map_base, views);
+  if (mapped.empty()) return std::nullopt;
   std::vector<std::vector<LikelyMatch>> matches;
   matches.reserve(mapped.size());
   for (const SightView& view : mapped) matches.push_back(FindLikelyMatches(table, *view.view.features));
@@ -58,7 +59,7 @@ const LandmarkTable& SightMap::table() {
   return *table_;
 }
 
-double SightMap::LookAlikeShareAt(const Rigid2& T_map_base, const std::vector<SightView>& views) {
+std::optional<double> SightMap::LookAlikeShareAt(const Rigid2& T_map_base, const std::vector<SightView>& views) {
   constexpr double kSame = 1.0;  // m, and...
   constexpr double kSameAngle = DegreesToRadians(30.0);
   for (const Answer& answer : answers_) {

@@ -30,18 +30,21 @@ class Driver {
     expected_->covariance = Eigen::Vector3d(kDistance, kDistance, kAngle).cwiseAbs2().asDiagonal();
   }
 
-  // The robot drives to its next place and sees this share of the landmarks there; `of_its_own`: those with odd
-  // numbers, too.
-  void See(double share, bool of_its_own = true) {
-    const Rigid3 T_map_base = test::SyntheticPose(x_);
-    const Rigid2 moved = ProjectToPlane(test::SyntheticPose(x_ - kStep).Inverse() * T_map_base);
+  // It looks in another direction than the map's robot did, rad.
+  void Turn(double angle) { turned_ = Rigid2(0.0, 0.0, angle); }
+
+  // The robot drives to its next place and sees this share of the landmarks there; `of_its_own`: the part of it of
+  // those with odd numbers.
+  void See(double share, double of_its_own = 1.0) {
+    const Rigid3 T_map_base = test::SyntheticPose(x_) * Embed3(turned_);
+    const Rigid2 moved = ProjectToPlane((test::SyntheticPose(x_ - kStep) * Embed3(turned_)).Inverse() * T_map_base);
     if (views_ > 0) belief_.Move(moved);
     if (views_ > 0 && expected_.has_value()) expected_->T_map_base = expected_->T_map_base * moved;
     const auto view = test::Observe(shown_, T_map_base * shown_.T_base_camera, 0.5, ++views_);
     auto features = std::make_shared<FrameFeatures>(*view.features);
     for (std::size_t i = 0; i < features->descriptors.size(); ++i) {
-      const bool shown = of_its_own || view.landmarks[i].value % 2 == 0;
-      if (!shown || unit_(generator_) > share)
+      const double of_all = view.landmarks[i].value % 2 == 0 ? 1.0 : of_its_own;
+      if (unit_(generator_) > share * of_all)
         features->descriptors[i] = {generator_(), generator_(), generator_(), generator_()};
     }
     ASSERT_TRUE(views_ == 1 || SightBelief::IsNewPlace(moved));
@@ -58,6 +61,7 @@ class Driver {
   SightBelief belief_;
   std::optional<SettledPlace> expected_;
   double x_ = 0.4;
+  Rigid2 turned_;
   std::uint32_t views_ = 0;
   Rigid2 truth_;
   std::mt19937_64 generator_{7};
@@ -172,7 +176,7 @@ TEST(SightBelief, AnotherThingOfTheSameKindIsNoPlace) {
   const Map map = Twice(world, Embed3(Rigid2(0.0, 12.0, 0.3)), true);
   Driver elsewhere(world, map), there(world, map);
   for (int place = 0; place < 6; ++place) {
-    elsewhere.See(0.9, false);
+    elsewhere.See(0.9, 0.0);
     EXPECT_FALSE(elsewhere.belief().Believed().has_value()) << place;
     ASSERT_FALSE(elsewhere.belief().places().empty());
     EXPECT_TRUE(IsSamePlace(elsewhere.belief().places().front().T_map_base, elsewhere.truth()));
@@ -181,6 +185,26 @@ TEST(SightBelief, AnotherThingOfTheSameKindIsNoPlace) {
   there.See(0.9);
   ASSERT_TRUE(there.belief().Believed().has_value());
   EXPECT_TRUE(IsSamePlace(there.belief().Believed()->T_map_base, there.truth()));
+}
+
+// What is unique is recognised less than plain corners are: where the map has looked from there, that is another thing
+// of the same kind.
+TEST(SightBelief, LittleThatIsUniqueIsEnoughFromAnotherSideOnly) {
+  const test::SyntheticWorld world = MakeWorld(7);
+  const Map map = Twice(world, Embed3(Rigid2(0.0, 12.0, 0.3)), true);
+  constexpr double kAlike = 0.5, kUnique = 0.35, kOtherSide = DegreesToRadians(50.0);
+  Driver as_mapped(world, map), from_another_side(world, map), another_thing(world, map);
+  from_another_side.Turn(kOtherSide);
+  another_thing.Turn(kOtherSide);
+  for (int place = 0; place < 6; ++place) {
+    as_mapped.See(kAlike, kUnique);
+    EXPECT_FALSE(as_mapped.belief().Believed().has_value()) << place;
+    another_thing.See(kAlike, 0.0);
+    EXPECT_FALSE(another_thing.belief().Believed().has_value()) << place;
+    if (!from_another_side.belief().Believed().has_value()) from_another_side.See(kAlike, kUnique);
+  }
+  ASSERT_TRUE(from_another_side.belief().Believed().has_value());
+  EXPECT_TRUE(IsSamePlace(from_another_side.belief().Believed()->T_map_base, from_another_side.truth()));
 }
 
 TEST(SightBelief, WhatIsFarFromWhereTheRobotIsExpectedHasToShowNearlyAll) {

@@ -9,9 +9,9 @@
 namespace planar_vslam {
 
 // The largest share of what the map saw around `T_map_base` that it shows at another place, too. `views` say where it
-// is asked.
-double LookAlikeShare(const LandmarkTable& table, const Map& map, const Rigid2& T_map_base,
-                      const std::vector<SightView>& views);
+// is asked. Nothing where the map has never looked from there.
+std::optional<double> LookAlikeShare(const LandmarkTable& table, const Map& map, const Rigid2& T_map_base,
+                                     const std::vector<SightView>& views);
 
 // A map to be searched by images. What the search needs of it is made when it is asked for first; an answer about
 // look-alikes counts for a metre around. One thread.
@@ -21,13 +21,13 @@ class SightMap {
 
   const Map& map() const { return *map_; }
   const LandmarkTable& table();
-  double LookAlikeShareAt(const Rigid2& T_map_base, const std::vector<SightView>& views);
+  std::optional<double> LookAlikeShareAt(const Rigid2& T_map_base, const std::vector<SightView>& views);
 
  private:
   struct Answer {
     Rigid2 T_map_base;
     std::size_t views = 0;  // that it was asked with: few show less than many
-    double share = 0.0;
+    std::optional<double> share;
   };
 
   std::shared_ptr<const Map> map_;

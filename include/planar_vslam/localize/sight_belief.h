@@ -67,9 +67,8 @@ class SightBelief {
   bool IsLost() const { return !expected_.has_value(); }
   // Where it may be, or is not expected: whether the views tell where it is in all directions...
   bool IsPlaced(const SightedPlace& best) const;
-  // ...and that it is not at another thing of the same kind.
-  bool IsItself(const SightedPlace& best) const;
-  bool IsSure(const SightedPlace& best) const;
+  // ...and that it is not at another thing of the same kind. `as_mapped`: the map has looked from there, too.
+  bool IsItself(const SightedPlace& best, bool as_mapped) const;
   void Count();
 
   std::shared_ptr<SightMap> map_;
