@@ -115,6 +115,19 @@ void AddStreams(const FindingsInput& in, Found* found) {
   }
 }
 
+// Images skewed by turns. What they show is a part of the readout, so how long it is cannot be told.
+void AddShutter(const FindingsInput& in, Found* found) {
+  constexpr double kLeast = 0.004, kSure = 6.0;  // s, sigmas
+  const std::optional<Deviation>& missed = in.report.missed_readout;
+  if (!missed.has_value() || std::abs(missed->value) < std::max(kLeast, kSure * missed->sigma)) return;
+  found->push_back(
+      {Harm::kMissing, "images",
+       fmt::format("the images' rows are taken one after the other, {:.0f} ms or more from {} (a rolling shutter): set "
+                   "image_timing.readout to what the camera's data sheet says, {}0.01 to 0.03 s as a rule",
+                   1e3 * std::abs(missed->value), missed->value > 0.0 ? "first to last" : "last to first",
+                   missed->value > 0.0 ? "" : "-")});
+}
+
 void AddLaser(const FindingsInput& in, Found* found) {
   if (in.has_laser && in.input.laser().IsUpsideDown()) {
     found->push_back({Harm::kWorthless, "laser",
@@ -175,6 +188,7 @@ std::vector<Finding> FindAll(const FindingsInput& input) {
   AddScale(input, &found);
   AddLaser(input, &found);
   AddStreams(input, &found);
+  AddShutter(input, &found);
   AddUnused(input, &found);
   std::stable_sort(found.begin(), found.end(), [](const Finding& a, const Finding& b) { return a.harm > b.harm; });
   return found;

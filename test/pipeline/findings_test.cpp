@@ -137,6 +137,16 @@ TEST_F(FindingsTest, ACameraThatHardlyConfirmsAnythingIsNamed) {
   EXPECT_TRUE(Found().empty()) << "some of the way without texture is no fault";
 }
 
+TEST_F(FindingsTest, ARollingShutterIsNamed) {
+  Watch(200, Always);
+  report_.missed_readout = Deviation{0.006, 0.0005};
+  ExpectOne({"rolling shutter", "6 ms or more", "image_timing.readout"});
+  report_.missed_readout = Deviation{0.006, 0.002};
+  EXPECT_TRUE(Found().empty()) << "not sure";
+  report_.missed_readout = Deviation{0.002, 0.0001};
+  EXPECT_TRUE(Found().empty()) << "bends nothing";
+}
+
 TEST_F(FindingsTest, ARampIsNoFault) {
   Watch(200, Always);
   for (const KeyframeId id : map_.keyframes.Ids()) map_.keyframes.Edit(id).on_floor = id.value < 5;
