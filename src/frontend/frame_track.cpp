@@ -248,7 +248,7 @@ bool FrameTrack::Optimize() {
     result_.odometry_rejected = false;
     return false;
   }
-  if (ContradictsOdometry() && !IsConfirmed()) {
+  if (SaysThatItStands() && !IsConfirmed()) {
     result_.odometry_rejected = false;
     return false;
   }
@@ -260,6 +260,17 @@ bool FrameTrack::Optimize() {
 bool FrameTrack::ContradictsOdometry() const {
   return prediction_.from_odometry &&
          IsBeyond(LogSe3(prediction_.T_map_base.Inverse() * result_.T_map_base), prediction_.covariance, kPlanarRows);
+}
+
+bool FrameTrack::SaysThatItStands() const {
+  constexpr double kShare = 0.5;  // of the wheels' way
+  constexpr double kSigmas = 3.0;
+  const std::optional<Rigid3> step = OdometryStep();
+  if (!step.has_value() || !ContradictsOdometry()) return false;
+  const Rigid3 seen = last_->T_map_base(map_).Inverse() * result_.T_map_base;
+  const double turn = LogSe3(prediction_.T_map_base.Inverse() * result_.T_map_base)[5];
+  return seen.translation.norm() < kShare * step->translation.norm() &&
+         std::abs(turn) < kSigmas * std::sqrt(prediction_.covariance(5, 5));
 }
 
 bool FrameTrack::IsConfirmed() const {

@@ -74,8 +74,10 @@ class FrameTrack {
   bool ContradictsOdometry() const;
   // Whether well-separated parts of the image speak for the pose so far, and not one thing, which may have been moved.
   bool IsSpread() const;
-  // Whether landmarks that more than two keyframes have seen speak for it. Two views that look alike, or that are too
-  // near each other, make landmarks at wrong depths, which agree with each other: they say that the robot stands.
+  // Whether it is less than half of the way that the wheels tell, at the same turn. Two views that look alike, or that
+  // are too near each other, make landmarks much nearer than what they show: these agree with each other about it.
+  bool SaysThatItStands() const;
+  // Whether landmarks that more than two keyframes have seen speak for the pose so far.
   bool IsConfirmed() const;
 
   const TrackerContext& context_;

@@ -62,6 +62,15 @@ TEST_F(TrackerDoubtTest, ThreeDo) {
   EXPECT_LT(OffTruth(result), 0.02);
 }
 
+TEST_F(TrackerDoubtTest, WheelsThatStandOrTurnWhereTheViewMovesAreOverruledByTwo) {
+  for (const Rigid2& slip : {Rigid2(-0.05, 0.0, 0.0), Rigid2(0.2, 0.0, 0.2)}) {
+    const TrackResult result = TrackAfterSlip(2, slip);
+    EXPECT_EQ(result.status, TrackingState::kTracking);
+    EXPECT_TRUE(result.odometry_rejected);
+    EXPECT_LT(OffTruth(result), 0.02);
+  }
+}
+
 TEST_F(TrackerDoubtTest, WheelsThatAgreeNeedNoMoreThanTwo) {
   const TrackResult result = TrackAfterSlip(2, Rigid2());
   EXPECT_EQ(result.status, TrackingState::kTracking);
