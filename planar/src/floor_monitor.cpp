@@ -1,6 +1,7 @@
 #include "planar_vslam/planar/floor_monitor.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "planar_vslam/geometry/chi_square.h"
 #include "planar_vslam/planar/planar_prior.h"
@@ -15,6 +16,8 @@ constexpr double kReleaseChangeSquared = 49.0;
 constexpr double kReleaseSquared = 121.0;
 constexpr int kReleaseAfter = 3;
 constexpr int kResumeAfter = 5;
+// Sigmas of the height, so that what counts as back on the floor is not beyond what releases it.
+const double kMostDrift = 0.8 * std::sqrt(kReleaseSquared / kChi2ThreeDof90);
 constexpr double kSpan = 1.0;  // m: a ramp has tilted the robot by then, drift of a map has not
 
 }  // namespace
@@ -56,7 +59,7 @@ bool FloorMonitor::Returns(FloorReading reading) {
   const Eigen::Vector2d tilt = reading.error.tail<2>();
   const bool level = tilt.dot(reading.covariance.bottomRightCorner<2, 2>().ldlt().solve(tilt)) < kChi2TwoDof95;
   if (!level) sloped_ += WayTo(reading) - way_.back().way;
-  const double drift = reading.drift * sloped_;
+  const double drift = std::min(reading.drift * sloped_, kMostDrift);
   reading.covariance(0, 0) += drift * drift;
   return reading.SquaredDistance() < kChi2ThreeDof90;
 }

@@ -9,20 +9,32 @@ namespace {
 
 void Append(const MapEdit& steps, MapEdit* edit) { edit->insert(edit->end(), steps.begin(), steps.end()); }
 
-// Keyframes that the images hold off the floor against its prior: they stand on a ramp that was not noticed.
+bool SeesEnough(const Keyframe& keyframe) {
+  constexpr std::ptrdiff_t kFewest = 20;  // landmarks
+  return std::count_if(keyframe.landmarks.begin(), keyframe.landmarks.end(),
+                       [](LandmarkId id) { return id.valid(); }) >= kFewest;
+}
+
+// Keyframes that images hold off the floor against its prior, three or more in a row: they stand on a ramp that was not
+// noticed. The first keyframe is the map's origin.
 std::vector<KeyframeId> HeldAgainstTheFloor(const Map& map, const PlanarPriorOptions& planar) {
-  constexpr double kLimitSquared = 25.0;  // five sigmas, which no sway makes
-  std::vector<KeyframeId> ids;
+  constexpr double kLimitSquared = 49.0;  // seven sigmas, as what releases the floor while driving (floor_monitor.h)
+  constexpr std::size_t kInARow = 3;
+  std::vector<KeyframeId> ids, row;
   if (!map.metric || planar.mode == PlanarMode::kOff) return ids;
   const FloorSigmas sigmas = FloorSigmasOf(planar, true);
   for (const auto& [id, keyframe] : map.keyframes) {
-    if (!keyframe.on_floor) continue;
-    if (PlanarPriorResidual(keyframe.T_map_base, sigmas, nullptr).squaredNorm() > kLimitSquared) ids.push_back(id);
+    const bool held = id != map.keyframes.begin()->first && keyframe.on_floor && SeesEnough(keyframe) &&
+                      PlanarPriorResidual(keyframe.T_map_base, sigmas, nullptr).squaredNorm() > kLimitSquared;
+    if (held) row.push_back(id);
+    if (held && row.size() == kInARow) ids.insert(ids.end(), row.begin(), row.end());
+    if (held && row.size() > kInARow) ids.push_back(id);
+    if (!held && keyframe.on_floor) row.clear();
   }
   return ids;
 }
 
-// Adds what one more adjustment took.
+// Adds what one more adjustment took; costs are of the first at its start and of the last at its end.
 void AddTo(const BundleSummary& bundle, BundleSummary* sum) {
   const double initial_cost = sum->observations > 0 ? sum->initial_cost : bundle.initial_cost;
   const int iterations = sum->iterations + bundle.iterations;
@@ -96,6 +108,7 @@ Expected<AdjustedMap> AdjustWholeMap(const Map& map, const MeasurementModel& mod
       structure.emplace_back(EraseObservation{landmark, keyframe});
     }
     AddTo(bundle, &summary);
+    if (round + 1 == kRounds) break;
     const SetOffFloor off{HeldAgainstTheFloor(adjusted, model.planar)};
     if (off.ids.empty()) break;
     adjusted = Apply(std::move(adjusted), {off});

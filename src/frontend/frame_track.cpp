@@ -244,11 +244,8 @@ bool FrameTrack::Optimize() {
   result_.covariance = CovarianceOf(pose);
   KeepInliers(observations, &result_.matches);
   AddTime("track.pose", posing);
-  if (input_.slot == KeyframeSlot::kNone && ContradictsOdometry() && !IsSpread()) {
-    result_.odometry_rejected = false;
-    return false;
-  }
-  if (SaysThatItStands() && !IsConfirmed()) {
+  const bool one_thing = input_.slot == KeyframeSlot::kNone && ContradictsOdometry() && !IsSpread();
+  if (one_thing || (SaysThatItStands() && !IsConfirmed())) {
     result_.odometry_rejected = false;
     return false;
   }
@@ -275,7 +272,8 @@ bool FrameTrack::SaysThatItStands() const {
 
 bool FrameTrack::IsConfirmed() const {
   constexpr std::size_t kKeyframes = 3;  // one more than it takes to place a landmark
-  if (found_again_ || map_.keyframes.size() < kKeyframes) return true;
+  constexpr std::size_t kYoungMap = 6;   // where hardly a landmark can have been seen by so many
+  if (found_again_ || map_.keyframes.size() < kYoungMap) return true;
   return CountObserved(map_, ValidOnly(result_.matches.landmarks), kKeyframes) >= context_.options.min_inliers_odometry;
 }
 

@@ -88,7 +88,7 @@ class FrameTrack {
   PosePrediction prediction_;
   PosePrediction used_;       // what takes part in the pose
   bool tipped_ = false;       // ...and of it x, y and yaw only
-  bool found_again_ = false;  // the place was, by images in a row that moved as the wheels did
+  bool found_again_ = false;  // by a search for the place, which confirms itself
   TrackResult result_;
   StageTimes times_;
 };

@@ -86,7 +86,8 @@ class Session {
                               info.has_laser,
                               result_.motion,
                               estimator_.settings().options.scan_match.enabled,
-                              estimator_.settings().options.initializer.mode == InitializationMode::kVisual};
+                              estimator_.settings().options.initializer.mode == InitializationMode::kVisual,
+                              estimator_.settings().options.image_timing.readout};
     result_.findings = Findings(found);
     if (!result_.frames.empty()) {
       result_.recorded_seconds = SecondsBetween(result_.frames.front().stamp, result_.frames.back().stamp);

@@ -50,15 +50,15 @@ Matrix6d SeenCovariance(const Eigen::Matrix3d& planar) {
   Matrix6d covariance = Matrix6d::Zero();
   covariance(kPlanarRows, kPlanarRows) = planar;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> position(planar.topLeftCorner<2, 2>());
-  covariance(2, 2) = position.eigenvalues()[0];  // the other one has what a camera does not tell along its way
+  covariance(2, 2) = position.eigenvalues()[0];  // the larger one contains the error along the way
   covariance(3, 3) = covariance(4, 4) = planar(2, 2);
   return covariance;
 }
 
-Matrix6d TieCovariance(const Eigen::Matrix3d& planar, TieSource source, double way, double sigma_slope) {
+Matrix6d TieCovariance(const Eigen::Matrix3d& planar, TieSource source, double distance, double sigma_slope) {
   Matrix6d covariance = SeenCovariance(planar);
   if (source == TieSource::kLandmarks) return covariance;
-  covariance(2, 2) += sigma_slope * sigma_slope * way * way;
+  covariance(2, 2) += sigma_slope * sigma_slope * distance * distance;
   covariance(3, 3) = covariance(4, 4) = sigma_slope * sigma_slope;
   return covariance;
 }
@@ -84,8 +84,9 @@ class PoseGraph {
   }
   void AddLoop(const LoopTie& loop) {
     const std::size_t from = IndexOf(loop.from);
-    Add(from, IndexOf(loop.to), Space::Between(before_[from], loop.T_map_to),
-        TieCovariance(loop.covariance, loop.source, 0.0, planar_.sigma_slope));
+    const Rigid3 T_from_to = Space::Between(before_[from], loop.T_map_to);
+    Add(from, IndexOf(loop.to), T_from_to,
+        TieCovariance(loop.covariance, loop.source, T_from_to.translation.norm(), planar_.sigma_slope));
   }
   void AddFloor() {
     std::size_t k = 0;

@@ -120,12 +120,19 @@ void AddShutter(const FindingsInput& in, Found* found) {
   constexpr double kLeast = 0.004, kSure = 6.0;  // s, sigmas
   const std::optional<Deviation>& missed = in.report.missed_readout;
   if (!missed.has_value() || std::abs(missed->value) < std::max(kLeast, kSure * missed->sigma)) return;
+  const double ms = 1e3 * std::abs(missed->value);
+  const bool longer = missed->value > 0.0;
   found->push_back(
       {Harm::kMissing, "images",
-       fmt::format("the images' rows are taken one after the other, {:.0f} ms or more from {} (a rolling shutter): set "
-                   "image_timing.readout to what the camera's data sheet says, {}0.01 to 0.03 s as a rule",
-                   1e3 * std::abs(missed->value), missed->value > 0.0 ? "first to last" : "last to first",
-                   missed->value > 0.0 ? "" : "-")});
+       in.readout != 0.0
+           ? fmt::format(
+                 "the images' rows seem to take {:.0f} ms or more {} than image_timing.readout says: look it up "
+                 "in the camera's data sheet",
+                 ms, longer ? "longer" : "less")
+           : fmt::format(
+                 "the images' rows are taken one after the other, {:.0f} ms or more from {} (a rolling shutter): "
+                 "set image_timing.readout to what the camera's data sheet says, {} s as a rule",
+                 ms, longer ? "first to last" : "last to first", longer ? "0.01 to 0.03" : "-0.03 to -0.01")});
 }
 
 void AddLaser(const FindingsInput& in, Found* found) {

@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "planar_vslam/feature/rolling_shutter.h"
@@ -42,7 +43,7 @@ std::optional<Eigen::Vector3d> VelocityAt(const FramePacket& packet) {
   while (before != packet.odometry.begin() && SecondsBetween(before->stamp, last.stamp) < kSpan) --before;
   const double seconds = SecondsBetween(before->stamp, last.stamp);
   if (seconds <= 0.0) return std::nullopt;
-  return Eigen::Vector3d(-LogSe2(last.T_odom_base.Inverse() * before->T_odom_base) / seconds);
+  return Eigen::Vector3d(LogSe2(before->T_odom_base.Inverse() * last.T_odom_base) / seconds);
 }
 
 FrameFeaturesPtr ImageTiming::Straightened(FrameFeaturesPtr features, const FramePacket& packet) const {
@@ -60,17 +61,21 @@ void ImageTiming::Watch(const FramePacket& packet, const FrameFeatures& features
   const std::optional<Eigen::Vector3d> velocity = VelocityAt(packet);
   if (!velocity.has_value() || !T_base_camera.has_value()) return;
   if (LogSo3(T_base_camera->rotation.inverse() * packet.T_base_camera.rotation).norm() > kStill) return;
+  if (track.odometry_rejected) return;  // the wheels do not tell how it turns
   if (track.wants_keyframe) rates_.emplace(packet.image.stamp, velocity->z());
-  if (track.odometry_rejected || track.inliers < kFewest) return;
+  if (rates_.empty()) return;
+  Prune(map);
   const Eigen::Vector3d up = UpInCamera(packet.T_base_camera);
   const Rigid3 T_camera_map = (track.T_map_base * packet.T_base_camera).Inverse();
   Sums sums;
+  int count = 0;
   for (std::size_t i = 0; i < track.matches.landmarks.size(); ++i) {
     const Landmark* landmark = map.landmarks.Find(track.matches.landmarks[i]);
     if (landmark == nullptr) continue;
     const std::optional<double> rate = RateOf(*landmark, map);
     const Eigen::Vector3d p = T_camera_map * landmark->p_map;
     if (!rate.has_value() || p.z() < kMinDepth) continue;
+    ++count;
     const Keypoint& keypoint = features.keypoints[i];
     const Eigen::Matrix<double, 2, 3> J_point = ProjectionJacobian(camera_, p);
     Eigen::Matrix<double, 2, 6> J;
@@ -81,6 +86,7 @@ void ImageTiming::Watch(const FramePacket& packet, const FrameFeatures& features
     sums.Add(J, k * Eigen::RowVector2d(velocity->z() - *rate, 1.0),
              keypoint.pixel.cast<double>() - camera_.ProjectUndistorted(p), 1.0 / (scale * scale));
   }
+  if (count < kFewest) return;
   const Eigen::LDLT<Matrix6d> pose(sums.JJ);
   Add(sums.gg - sums.Jg.transpose() * pose.solve(sums.Jg), sums.ge - sums.Jg.transpose() * pose.solve(sums.Je));
 }
@@ -97,35 +103,37 @@ std::optional<double> ImageTiming::RateOf(const Landmark& landmark, const Map& m
   return count > 0 ? std::optional<double>(sum / count) : std::nullopt;
 }
 
+void ImageTiming::Prune(const Map& map) {
+  constexpr std::size_t kSpare = 100;
+  if (rates_.size() < 2 * map.keyframes.size() + kSpare) return;
+  std::map<Timestamp, double> kept;
+  for (const auto& [id, keyframe] : map.keyframes) {
+    const auto rate = rates_.find(keyframe.stamp);
+    if (rate != rates_.end()) kept.insert(*rate);
+  }
+  rates_ = std::move(kept);
+}
+
 void ImageTiming::Add(const Eigen::Matrix2d& information, const Eigen::Vector2d& gradient) {
-  constexpr int kBlock = 10;  // frames
-  if (blocks_.empty() || blocks_.back().frames >= kBlock) blocks_.emplace_back();
-  Block& block = blocks_.back();
-  block.information += information;
-  block.gradient += gradient;
-  ++block.frames;
+  constexpr int kFrames = 10;
+  block_ += (Block() << gradient, information(0, 0), information(0, 1), information(1, 1)).finished();
+  if (++frames_ < kFrames) return;
+  sum_ += block_;
+  squares_ += block_ * block_.transpose();
+  block_.setZero();
+  frames_ = 0;
 }
 
 std::optional<Deviation> ImageTiming::MissedReadout() const {
   constexpr double kFewest = 8.0;  // blocks in which the robot turned, weighed by how much
-  Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
-  Eigen::Vector2d gradient = Eigen::Vector2d::Zero();
-  double squares = 0.0;
-  for (const Block& b : blocks_) {
-    information += b.information;
-    gradient += b.gradient;
-    squares += b.information(0, 0) * b.information(0, 0);
-  }
-  if (information(0, 0) * information(0, 0) < kFewest * squares || information.determinant() <= 0.0)
-    return std::nullopt;
+  const Eigen::Matrix2d information = (Eigen::Matrix2d() << sum_[2], sum_[3], sum_[3], sum_[4]).finished();
+  if (sum_[2] * sum_[2] < kFewest * squares_(2, 2) || !(information.determinant() > 0.0)) return std::nullopt;
   const Eigen::Matrix2d covariance = information.inverse();
-  const Eigen::Vector2d found = covariance * gradient;
-  double variance = 0.0;
-  for (const Block& b : blocks_) {
-    const double influence = covariance.row(0) * (b.gradient - b.information * found);
-    variance += influence * influence;
-  }
-  return Deviation{found[0], std::sqrt(variance)};
+  const Eigen::Vector2d x = covariance * sum_.head<2>();
+  // How a block moves r: covariance.row(0) (g - I x), linear in the block.
+  const Eigen::Vector2d c = covariance.row(0);
+  const Block influence = (Block() << c[0], c[1], -c[0] * x[0], -c[0] * x[1] - c[1] * x[0], -c[1] * x[1]).finished();
+  return Deviation{x[0], std::sqrt(influence.dot(squares_ * influence))};
 }
 
 Eigen::Matrix3d ImageTiming::ClockCovariance(const FramePacket& packet) const {

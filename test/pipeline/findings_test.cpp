@@ -145,6 +145,8 @@ TEST_F(FindingsTest, ARollingShutterIsNamed) {
   EXPECT_TRUE(Found().empty()) << "not sure";
   report_.missed_readout = Deviation{0.002, 0.0001};
   EXPECT_TRUE(Found().empty()) << "bends nothing";
+  report_.missed_readout = Deviation{-0.006, 0.0005};
+  ExpectOne({"last to first", "-0.03 to -0.01"});
 }
 
 TEST_F(FindingsTest, ARampIsNoFault) {

@@ -130,7 +130,7 @@ TEST(ImageTiming, AnErrorOfTheLensIsNoShutter) {
   EXPECT_NEAR(told->value, 0.0, 0.001);
 }
 
-TEST(ImageTiming, TellsNothingBeforeAnythingTurned) {
+TEST(ImageTiming, TellsNothingBeforeAnythingWasSeen) {
   EXPECT_FALSE(ImageTiming({}, TurningCamera(0.0).camera()).MissedReadout().has_value());
 }
 
@@ -173,6 +173,17 @@ TEST(ImageTiming, ClocksThatDisagreeBlurAPoseAlongItsWay) {
   const Eigen::Matrix3d covariance = timing.ClockCovariance(camera.PacketAt(t));
   EXPECT_NEAR(std::sqrt(covariance(2, 2)), 0.02 * std::abs(TurningCamera::RateAt(t)), 0.001);
   EXPECT_EQ(timing.ClockCovariance({}), Eigen::Matrix3d::Zero());
+}
+
+TEST(VelocityAt, IsAlongTheAxesOfTheBase) {
+  FramePacket packet;
+  for (int i = 0; i <= 5; ++i) {  // 0.5 m/s ahead and 0.2 to the left, looking along the odometry's y axis
+    OdometryReading reading;
+    reading.stamp = Timestamp::FromSeconds(0.02 * i);
+    reading.T_odom_base = Rigid2(-0.2 * 0.02 * i, 0.5 * 0.02 * i, M_PI / 2.0);
+    packet.odometry.push_back(reading);
+  }
+  EXPECT_LT((*VelocityAt(packet) - Eigen::Vector3d(0.5, 0.2, 0.0)).norm(), 1e-6);
 }
 
 TEST(VelocityAt, IsOfTheLastReadings) {

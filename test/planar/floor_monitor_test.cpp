@@ -93,6 +93,16 @@ TEST(FloorMonitor, ComesBackThoughTheMapHasLostHeightOverTheRamp) {
   EXPECT_TRUE(monitor.on_floor());
 }
 
+TEST(FloorMonitor, StaysOffOnALevelThatALongRampLedTo) {
+  FloorMonitor monitor;
+  for (double way = 0.0; way < 40.0; way += 0.1) {
+    const bool on_ramp = way > 2.0 && way < 22.0;
+    const double climbed = std::clamp(way - 2.0, 0.0, 20.0) * std::tan(DegreesToRadians(2.0));
+    monitor.Add(At(way, climbed, on_ramp ? DegreesToRadians(2.0) : 0.0));
+  }
+  EXPECT_FALSE(monitor.on_floor());
+}
+
 TEST(FloorMonitor, StaysOffOnAnotherLevel) {
   FloorMonitor monitor;
   for (double way = 0.0; way < 5.0; way += 0.1) {

@@ -43,8 +43,8 @@ struct AdjustedMap {
   BundleSummary bundle;      // with times
 };
 
-// Bundle adjustment of the whole map, again where keyframes turn out to stand off the floor; a map with nothing to
-// adjust is returned as it is. Error: what Ceres says where it finds no solution.
+// Bundle adjustment of the whole map, up to three times where keyframes turn out to stand off the floor; a map with
+// nothing to adjust is returned as it is. Error: what Ceres says where it finds no solution.
 Expected<AdjustedMap> AdjustWholeMap(const Map& map, const MeasurementModel& model);
 
 }  // namespace planar_vslam

@@ -29,7 +29,7 @@ struct CorrectedLandmark {
 struct MapCorrection {
   std::vector<CorrectedKeyframe> keyframes;  // ascending
   std::vector<CorrectedLandmark> landmarks;  // ascending
-  MapEdit structure;                         // merged landmarks, observations and links, in the order they were made
+  MapEdit structure;  // merged landmarks, observations, links and what left the floor, in the order they were made
 };
 
 // From a snapshot to what a job made of it: all keyframes and landmarks in both. The job added and erased no keyframes

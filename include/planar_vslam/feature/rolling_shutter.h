@@ -12,7 +12,8 @@
 
 namespace planar_vslam {
 
-// The same features as if all rows had been taken at once. `readout` in s from the first row to the last.
+// The same features as if all rows had been taken at once. `readout` in s from the first row to the last, negative
+// where the last comes first. They stay as they are where the camera would have turned by more than 0.2 rad meanwhile.
 FrameFeatures WithoutRolling(FrameFeatures features, const CameraModel& camera, const Eigen::Vector3d& turn_rate,
                              double readout);
 

@@ -6,9 +6,9 @@
 //   sum |Log(T_i_j^-1 T_map_i^-1 T_map_j)|^2_Sigma
 // As all ties are at rest before, a loop's correction spreads as the ties are loose. Height and tilt stay.
 //
-// Where a keyframe has left the floor (floor_monitor.h), height and tilt are unknowns as well: a map of a ramp whose
-// foot the camera did not see has a wrong tilt from there on, and a loop shows it. All six dof then, with the planar
-// prior (planar_prior.h) on every keyframe and
+// Where a keyframe has left the floor (floor_monitor.h; not with planar.mode off), height and tilt are unknowns as
+// well: a map of a ramp whose foot the camera did not see has a wrong tilt from there on, and a loop shows it. All six
+// dof then, with the planar prior (planar_prior.h) on every keyframe and
 //   a tie by landmarks    as sure of height and tilt as of position and heading,
 //   by wheels or laser    of neither by more than a slope may change them: what bends gives way there.
 #include <utility>

@@ -34,6 +34,7 @@ struct FindingsInput {
   MotionAgreement motion = {};    // of the poses found by sight and the wheels as they were corrected
   bool laser_is_matched = true;   // as the configuration says
   bool starts_by_images = false;  // the same: a map begins without the wheels
+  double readout = 0.0;           // s, of an image's rows, as the configuration says
 };
 
 // Whether there is no map, or one that held so few of the frames that it says nothing.

@@ -1,8 +1,8 @@
 #pragma once
 // When the rows of an image were exposed. A cheap camera reads them one after the other (a rolling shutter): while it
-// turns, its images are skewed, and a map made of them bends by what no covariance admits. Keypoints are put where they
-// would be had all rows been taken with the middle one, by the readout that is configured; how much longer the readout
-// looks is told from the images themselves.
+// turns, its images are skewed, a map made of them bends, and no covariance has that in it. Keypoints are put where
+// they would be had all rows been taken with the middle one, by the readout that is configured; how much longer the
+// readout looks is told from the images themselves.
 //
 // A keypoint seen a share b of the image's height below the middle is displaced, while the base turns by w, by
 //   r w k,   k = -b J_pi (up x p_camera)
@@ -16,7 +16,6 @@
 #include <Eigen/Core>
 #include <map>
 #include <optional>
-#include <vector>
 
 #include "planar_vslam/feature/features.h"
 #include "planar_vslam/frontend/tracker.h"
@@ -27,7 +26,8 @@
 
 namespace planar_vslam {
 
-// The base's motion at the packet's image, [m/s, m/s, rad/s] in its own axes; none where odometry does not tell.
+// The base's mean motion over the last 0.04 s before the packet's image, or the last reading where these are rarer,
+// [m/s, m/s, rad/s] in its own axes; none where odometry does not tell.
 std::optional<Eigen::Vector3d> VelocityAt(const FramePacket& packet);
 
 class ImageTiming {
@@ -45,20 +45,22 @@ class ImageTiming {
   Eigen::Matrix3d ClockCovariance(const FramePacket& packet) const;
 
  private:
-  struct Block {
-    Eigen::Matrix2d information = Eigen::Matrix2d::Zero();  // of [r, c], in s and rad
-    Eigen::Vector2d gradient = Eigen::Vector2d::Zero();
-    int frames = 0;
-  };
+  // Of ten frames: [g_r, g_c, I_rr, I_rc, I_cc], gradient and information of [r, c] in s and rad.
+  using Block = Eigen::Matrix<double, 5, 1>;
   // The mean turn rate of the keyframes that see it; none where no keyframe's is known.
   std::optional<double> RateOf(const Landmark& landmark, const Map& map) const;
   void Add(const Eigen::Matrix2d& information, const Eigen::Vector2d& gradient);
+  // Forgets rates of keyframes that are gone.
+  void Prune(const Map& map);
 
   ImageTimingOptions options_;
   CameraModel camera_;
   std::optional<Rigid3> T_base_camera_;  // of the image before: a head that turns is no turn of the base
   std::map<Timestamp, double> rates_;    // rad/s, of keyframes
-  std::vector<Block> blocks_;
+  Block block_ = Block::Zero();          // under way, ...
+  int frames_ = 0;                       // ...its frames
+  Block sum_ = Block::Zero();            // of all blocks
+  Eigen::Matrix<double, 5, 5> squares_ = Eigen::Matrix<double, 5, 5>::Zero();  // sum of their outer products
 };
 
 }  // namespace planar_vslam

@@ -40,7 +40,7 @@ struct MountUncertainty {
 // When the rows of an image were exposed (image_timing.h).
 struct ImageTimingOptions {
   double readout = 0.0;       // s
-  double sigma_clock = 0.01;  // s
+  double sigma_clock = 0.01;  // s, of a camera whose images are stamped on arrival
 
   template <class Self, class Visitor>
   static void Visit(Self& o, Visitor& v) {

@@ -7,8 +7,9 @@
 // d^2 = e^T S^-1 e and d'^2 are chi-square with 3 dof on the floor. A map bends slowly by itself, which passes any
 // narrow limit on d^2 in time but none on d'^2; a ramp or sill passes d'^2 at once, a street of slow grades only a wide
 // d^2.
-// On a slope the height drifts with the tilt's errors: after a way s on slopes it is known to s sigma_tilt and no
-// better, which S has added when it is asked whether the base is back. A mean slope beyond that leads to another level.
+// On a slope the height drifts with the tilt's errors. After a way s on slopes S has (s sigma_tilt)^2 added for the
+// height when it is asked whether the base is back, but never so much that a height which would release the floor
+// passes.
 //
 // A release is noticed late: the prior has bent what was mapped since the ramp's foot by then, so it is withdrawn from
 // the poses of the last metre as well.

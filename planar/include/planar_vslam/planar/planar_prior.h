@@ -5,7 +5,7 @@
 //   hard      poses of 3 dof on the floor, pixels as they are: for comparison.
 // Where the floor monitor has released the floor, every form leaves a pose its 6 dof and says no more of it than that a
 // base stands upright within what ramps are: the prior below with sigma_slope for tilt and nothing of height. It bends
-// no slope that is seen; where a camera that saw nothing lost its tilt, it is all that knows which way is up.
+// no slope that is seen; where the camera saw nothing and the tilt was lost, nothing else tells it.
 //
 // The soft prior on one base pose (optional SE(2) prior): height and tilt over the plane z = 0 of the map.
 //   e = [ z / sigma_z,  u_x / sigma_tilt,  u_y / sigma_tilt ],  u = R_map_base^T e_z   (u_x, u_y = -sin pitch, ~ roll)
