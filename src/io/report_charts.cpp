@@ -39,15 +39,16 @@ struct Range {
 
 // Of what is drawn: entries without a name are left out.
 std::string Legend(const std::vector<std::pair<const char*, std::string>>& entries) {
-  constexpr double kStep = 120.0, kY = 16.0, kSize = 12.0;
+  constexpr double kLine = 20.0, kText = 26.0, kApart = 18.0, kY = 16.0, kSize = 12.0;  // px
+  constexpr double kLetter = 0.6 * kSize;                                               // as wide as one is at most
   std::string svg;
   double x = kLeft;
   for (const auto& [color, name] : entries) {
     if (name.empty()) continue;
     svg += fmt::format("<line x1=\"{0:.0f}\" y1=\"12\" x2=\"{1:.0f}\" y2=\"12\" stroke=\"{2}\" stroke-width=\"3\"/>\n",
-                       x, x + 20.0, color);
-    svg += SvgText(x + 26.0, kY, name, "start", kSize);
-    x += kStep;
+                       x, x + kLine, color);
+    svg += SvgText(x + kText, kY, name, "start", kSize);
+    x += kText + kLetter * static_cast<double>(name.size()) + kApart;
   }
   return svg;
 }
