@@ -130,8 +130,8 @@ void ChooseOdometry(BagSurvey* survey, SkipLog* skipped) {
     for (const auto& [reason, count] : odometry.refused()) {
       for (long left = count; left > 0; --left) skipped->Count(reason, survey->topics.odometry);
     }
-    survey->info.notes.push_back(
-        fmt::format("{}: most poses cannot be used: odometry is taken from tf, if there", survey->topics.odometry));
+    survey->info.notes.push_back(fmt::format("{}: {}: odometry is taken from tf, if there", survey->topics.odometry,
+                                             odometry.DescribeRefused()));
     survey->topics.odometry.clear();
     survey->index.odometry = {};
   }
@@ -201,6 +201,12 @@ Expected<BagSurvey> SurveyBag(const Bags& bags, const std::string& file, const R
   info.topics = DescribeTopics(survey);
   info.frames = DescribeFrames(survey.transforms, frames);
   info.notes.insert(info.notes.end(), survey.transforms.notes.begin(), survey.transforms.notes.end());
+  if (!info.has_odometry && !survey.topics.like_odometry.empty()) {
+    info.notes.push_back(
+        fmt::format("no odometry: {} cannot be read as such; expected nav_msgs/Odometry, or tf '{}' "
+                    "-> '{}'",
+                    fmt::join(survey.topics.like_odometry, ", "), options.bag.odom_frame, options.bag.base_frame));
+  }
   if (options.require_odometry && !info.has_odometry) {
     return Error{fmt::format("{}: no odometry; expected a nav_msgs/Odometry topic or tf '{}' -> '{}'", file,
                              options.bag.odom_frame, options.bag.base_frame)};

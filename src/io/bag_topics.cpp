@@ -83,6 +83,12 @@ class Chooser {
     return names.empty() ? std::string() : names.front();
   }
 
+  std::vector<std::string> WithTypes(const Role& role) const {
+    std::vector<std::string> names = OfRole(role);
+    for (std::string& name : names) name += " (" + topics_.at(name) + ")";
+    return names;
+  }
+
   bool Is(const std::string& topic, const std::string& type) const {
     const auto found = topics_.find(topic);
     return found != topics_.end() && found->second == type;
@@ -139,6 +145,10 @@ Expected<BagTopics> ChooseTopics(const Bags& bags, const std::string& file, cons
   if (!scan) return scan.error();
   topics.odometry = *odometry;
   topics.scan = *scan;
+  topics.like_odometry = chooser.WithTypes(
+      {"",
+       {"geometry_msgs/PoseWithCovarianceStamped", "geometry_msgs/PoseStamped", "geometry_msgs/TwistStamped",
+        "geometry_msgs/TwistWithCovarianceStamped", "geometry_msgs/Twist", "geometry_msgs/TransformStamped"}});
   return topics;
 }
 

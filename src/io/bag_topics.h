@@ -15,9 +15,10 @@ struct BagTopics {
   std::string image;
   bool image_compressed = false;
   std::string camera_info;
-  std::string odometry;         // nav_msgs/Odometry; empty: none
-  std::string scan;             // empty: none
-  std::vector<std::string> tf;  // tf and tf_static
+  std::string odometry;                    // nav_msgs/Odometry; empty: none
+  std::string scan;                        // empty: none
+  std::vector<std::string> tf;             // tf and tf_static
+  std::vector<std::string> like_odometry;  // with their types: say how the robot moves, and are not read
 };
 
 // `file` is named in errors.

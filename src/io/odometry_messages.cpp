@@ -1,7 +1,9 @@
 #include "planar_vslam/io/odometry_messages.h"
 
+#include <fmt/format.h>
 #include <nav_msgs/Odometry.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "bag_messages.h"
@@ -45,6 +47,11 @@ void OdometrySurvey::Add(const nav_msgs::Odometry& odometry) {
   const auto& p = odometry.pose.pose.position;
   const auto& q = odometry.pose.pose.orientation;
   const Rigid3 as_it_came(Eigen::Quaterniond(q.w, q.x, q.y, q.z), Eigen::Vector3d(p.x, p.y, p.z));
+  const double length = as_it_came.rotation.norm();
+  if (!IsRotation(as_it_came.rotation) && std::isfinite(length)) {
+    shortest_ = std::min(shortest_.value_or(length), length);
+    longest_ = std::max(longest_.value_or(length), length);
+  }
   if (!first_.has_value()) first_ = as_it_came;
   changed_ = changed_ || as_it_came.translation != first_->translation ||
              as_it_came.rotation.coeffs() != first_->rotation.coeffs();
@@ -55,6 +62,17 @@ void OdometrySurvey::Add(const nav_msgs::Odometry& odometry) {
   if (!twist.has_value() || seconds <= 0.0 || seconds > kLongestStep) return;
   way_ += seconds * twist->head<2>().norm();
   turn_ += seconds * std::abs(twist->z());
+}
+
+std::string OdometrySurvey::DescribeRefused() const {
+  if (!shortest_.has_value()) return "most poses cannot be used";
+  constexpr double kSame = 0.005;
+  const std::string lengths = *longest_ - *shortest_ < kSame ? fmt::format("{:.2f}", *longest_)
+                                                             : fmt::format("{:.2f} to {:.2f}", *shortest_, *longest_);
+  return fmt::format(
+      "the orientation of most poses has length {} instead of 1 (the publisher does not normalise it, or "
+      "does not fill it in), so they are not used",
+      lengths);
 }
 
 bool OdometrySurvey::pose_stands() const {

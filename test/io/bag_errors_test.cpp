@@ -1,3 +1,4 @@
+#include <geometry_msgs/Twist.h>
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -163,6 +164,23 @@ TEST_P(BagErrors, DamagedBagsAreErrorsNotCrashes) {
 }
 
 using Rosbags = BagFixture;
+
+TEST_P(Rosbags, WhatIsNoOdometryIsNamedWhereThereIsNone) {
+  const auto notes = [this](bool with_odometry) {
+    const fs::path path = Bag([with_odometry](BagWriter& writer) {
+      writer.PutStatic("base_footprint", "camera_optical_frame", Shift(0.1, 0, 1.1));
+      writer.PutImage(0.1);
+      if (with_odometry) writer.PutOdometry(0.1, 0.0);
+    });
+    rosbag::Bag bag(path.string(), rosbag::bagmode::Append);
+    bag.write("/commands", At(0.1), geometry_msgs::Twist());
+    bag.close();
+    return Play(path).info.notes;
+  };
+  EXPECT_TRUE(notes(true).empty());
+  ASSERT_EQ(notes(false).size(), 1U);
+  ExpectInError(notes(false)[0], {"no odometry", "/commands (geometry_msgs/Twist)", "nav_msgs/Odometry"});
+}
 
 TEST_P(Rosbags, CutOnesAndThoseNeverClosedAreErrors) {
   const std::string whole = Contents(RobotBag());

@@ -149,6 +149,9 @@ TEST_P(RobotBags, WhatIsNoRotationIsNoHeading) {
     EXPECT_NEAR(with_tf.odometry[9].T_odom_base.translation.x(), 5.0, 1e-9);
     EXPECT_TRUE(HasNote(with_tf, "/odom"));
   }
+  EXPECT_TRUE(HasNote(drive(1.5 * z, 1.5 * w, true), "has length 1.50 instead of 1"));
+  EXPECT_TRUE(HasNote(drive(z, 0.0, true), "has length 0.20 instead of 1"));
+  EXPECT_TRUE(HasNote(drive(nan, w, true), "most poses cannot be used"));
 }
 
 TEST_P(RobotBags, SingleBadPosesAreSkipped) {

@@ -44,11 +44,14 @@ class OdometrySurvey {
   bool poses_usable() const { return 2 * usable_ > count_; }
   // Why the others cannot, and how many.
   const std::map<std::string, long>& refused() const { return refused_; }
+  // In a few words, with the lengths of orientations that are none.
+  std::string DescribeRefused() const;
 
  private:
   long count_ = 0, usable_ = 0;
   std::map<std::string, long> refused_;
-  std::optional<Rigid3> first_;  // as it came
+  std::optional<double> shortest_, longest_;  // orientation that is none
+  std::optional<Rigid3> first_;               // as it came
   bool changed_ = false;
   std::optional<Timestamp> last_stamp_;
   double way_ = 0.0, turn_ = 0.0;  // by the twist, m and rad

@@ -11,8 +11,10 @@ namespace fs = std::filesystem;
 namespace io {
 
 Expected<std::unique_ptr<Recording>> OpenBagRecording(const std::vector<fs::path>& paths, const RecordingOptions&) {
-  return Error{fmt::format("{}: a bag, which this build without ROS does not read; expected a dataset folder",
-                           paths.front().string())};
+  return Error{
+      fmt::format("{}: a bag; this build is without ROS and reads none of them (.bag, .mcap, .db3). Expected a "
+                  "dataset folder, or a build with ROS",
+                  paths.front().string())};
 }
 
 }  // namespace io
