@@ -134,7 +134,11 @@ class Session {
       const bool by_sight = frame.state == TrackingState::kTracking && frame.T_map_base.has_value();
       if (by_sight) seen.push_back({frame.stamp, ProjectToPlane(*frame.T_map_base)});
     }
-    return CompareMotions(seen, wheels_);
+    MotionAgreement agreement = CompareMotions(seen, wheels_);
+    std::vector<std::pair<Timestamp, double>> headings = estimator_.input_watch().laser().headings();
+    for (auto& [stamp, heading] : headings) stamp = corrector_.Correct(stamp);
+    agreement.laser_time_offset = CompareTurns(headings, wheels_);
+    return agreement;
   }
 
   // Every so manieth keyframe, so that there are neither few nor many however long the run.

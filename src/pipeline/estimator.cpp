@@ -54,8 +54,7 @@ Estimator::Estimator(const EstimatorSettings& settings)
 Estimator::~Estimator() = default;
 
 std::vector<FrameReport> Estimator::Add(CameraFrame frame) {
-  input_->watch.Add(frame);
-  input_->synchronizer.Push(input_->corrector.Correct(std::move(frame)));
+  if (input_->watch.Add(frame)) input_->synchronizer.Push(input_->corrector.Correct(std::move(frame)));
   return Drain();
 }
 
@@ -70,8 +69,7 @@ std::vector<FrameReport> Estimator::Add(const OdometryReading& reading) {
 }
 
 std::vector<FrameReport> Estimator::Add(LaserFrame frame) {
-  input_->watch.Add(frame);
-  input_->synchronizer.Push(input_->corrector.Correct(std::move(frame)));
+  if (input_->watch.Add(frame)) input_->synchronizer.Push(input_->corrector.Correct(std::move(frame)));
   return Drain();
 }
 

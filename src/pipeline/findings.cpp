@@ -68,7 +68,37 @@ void AddScale(const FindingsInput& in, Found* found) {
                    100.0 * std::abs(share), share > 0.0 ? "larger" : "smaller", sources[0].name, worst->cure)});
 }
 
+// Of streams that do not last as long as the images. Those that never meet them are told elsewhere.
+void AddEnds(const FindingsInput& in, Found* found) {
+  constexpr double kLeast = 2.0;  // s: drivers do not start at once
+  const StreamRhythm& images = in.input.images();
+  const std::pair<const char*, const StreamRhythm*> streams[] = {{"odometry", &in.input.odometry()},
+                                                                 {"the laser", &in.input.scans()}};
+  for (const auto& [name, stream] : streams) {
+    if (stream->Apart(images) != 0.0) continue;
+    const char* subject = stream == &in.input.scans() ? "laser" : "odometry";
+    const double late = stream->StartsAfter(images), early = stream->EndsBefore(images);
+    if (late > kLeast) {
+      found->push_back(
+          {Harm::kMissing, subject,
+           fmt::format("{} starts {:.1f} s after the images: start its driver before recording", name, late)});
+    }
+    if (early > kLeast) {
+      found->push_back({Harm::kMissing, subject,
+                        fmt::format("{} ends {:.1f} s before the images: its driver stopped", name, early)});
+    }
+  }
+}
+
 void AddStreams(const FindingsInput& in, Found* found) {
+  constexpr double kOld = 0.1;  // of the images
+  const double taken = static_cast<double>(in.input.images().intervals.count()) + 1.0;
+  if (static_cast<double>(in.input.old_images()) > kOld * taken) {
+    found->push_back({Harm::kWorthless, "images",
+                      fmt::format("{} of {:.0f} images are the same as before although the wheels drove on, and not "
+                                  "used: the camera or its driver hangs",
+                                  in.input.old_images(), taken)});
+  }
   // In a map that stays as it is the way may lead where that map has not been.
   if (in.report.keyframes_made > 0 && IsBlind(in.report) && !HardlyMapped(in.report, in.map)) {
     found->push_back({Harm::kBent, "images",
@@ -136,6 +166,15 @@ void AddShutter(const FindingsInput& in, Found* found) {
 }
 
 void AddLaser(const FindingsInput& in, Found* found) {
+  constexpr double kOld = 0.2;  // of the sweeps
+  const double sweeps = static_cast<double>(in.input.scans().intervals.count()) + 1.0;
+  if (static_cast<double>(in.input.old_sweeps()) > kOld * sweeps) {
+    found->push_back({Harm::kWorthless, "laser",
+                      fmt::format("{} of {:.0f} sweeps are the same as before although the wheels drove on, and not "
+                                  "used: the laser or its driver hangs",
+                                  in.input.old_sweeps(), sweeps)});
+    return;
+  }
   if (in.has_laser && in.input.laser().IsUpsideDown()) {
     found->push_back({Harm::kWorthless, "laser",
                       "the sweeps turn the other way than the wheels: the laser hangs upside down against its mount in "
@@ -189,6 +228,7 @@ bool HardlyMapped(const EstimatorReport& report, const Map* map) {
 std::vector<Finding> FindAll(const FindingsInput& input) {
   Found found;
   AddClocks(input, &found);
+  AddLaserClock(input, &found);
   AddMount(input, &found);
   AddNoMap(input, &found);
   AddWheels(input, &found);
@@ -196,6 +236,7 @@ std::vector<Finding> FindAll(const FindingsInput& input) {
   AddLaser(input, &found);
   AddStreams(input, &found);
   AddShutter(input, &found);
+  AddEnds(input, &found);
   AddUnused(input, &found);
   std::stable_sort(found.begin(), found.end(), [](const Finding& a, const Finding& b) { return a.harm > b.harm; });
   return found;

@@ -17,7 +17,8 @@ constexpr double kDirection = 1.2;      // deg that wheels drive askew ...
 constexpr double kSigmas = 5.0;         // ... and each so many standard deviations
 constexpr double kClockSigmas = 3.0;
 constexpr double kFrameSigmas = 3.0;  // of a direction by all frames
-constexpr double kFastest = 40.0;     // m/s, of a car
+constexpr double kFastest = 40.0;     // m/s, of a car ...
+constexpr double kSideways = 12.0;    // m/s^2, ... and in its bends: tyres hold no more
 
 // Whether a camera seems to be mounted in the axes of a body, x forward and z up: it would look at the ceiling.
 bool LooksLikeABodyFrame(const Rigid3& T_base_camera) {
@@ -48,6 +49,13 @@ std::optional<double> ClockOffset(const FindingsInput& in) {
 bool ClockIsFarOff(const FindingsInput& in) {
   constexpr double kFar = 0.15;  // s: 4 degrees at 0.5 rad/s
   return std::abs(ClockOffset(in).value_or(0.0)) > kFar;
+}
+
+double UsualInterval(const StreamRhythm& stream) { return stream.intervals.Percentile(0.5); }  // ms
+
+bool OdometryIsSeldom(const FindingsInput& in) {
+  constexpr double kSeldom = 400.0;  // ms: a robot begins and ends a turn in less
+  return UsualInterval(in.input.odometry()) > kSeldom;
 }
 
 // Links between keyframes tell of few, steps between frames of many, and more exactly.
@@ -94,6 +102,23 @@ bool IsBlind(const EstimatorReport& report) {
 }
 
 void AddMount(const FindingsInput& in, Found* found) {
+  constexpr double kFarthest = 10.0;  // m, from the base
+  if (in.has_base && in.input.T_base_camera().has_value()) {
+    const Eigen::Vector3d& place = in.input.T_base_camera()->translation;
+    if (place.norm() > kFarthest) {
+      found->push_back({Harm::kWorthless, "mount",
+                        fmt::format("the camera is {:.0f} m from the base in tf, which is not in metres (as in "
+                                    "millimetres?); correct it",
+                                    place.norm())});
+      return;
+    }
+    if (place.z() <= 0.0) {
+      found->push_back({Harm::kMissing, "mount",
+                        fmt::format("the camera is {:.2f} m above the base frame, which should lie on the floor: "
+                                    "heights in the grid will be wrong; correct its height in tf",
+                                    place.z())});
+    }
+  }
   const long steps = in.report.odometry_by_model + in.report.odometry_by_messages;
   const double rejected =
       steps > 0 ? static_cast<double>(in.report.odometry_rejected) / static_cast<double>(steps) : 0.0;
@@ -109,7 +134,13 @@ void AddMount(const FindingsInput& in, Found* found) {
                       "the images' frame looks like a body frame (x forward, z up), not an optical one (z forward, y "
                       "down): the camera seems to look at the ceiling; set the driver's optical frame id, or its tf"});
   }
-  if (many_rejected && !ClockIsFarOff(in)) {
+  if (many_rejected && OdometryIsSeldom(in)) {
+    found->push_back(
+        {Harm::kBent, "odometry",
+         fmt::format("{} of {} steps of the wheels contradict the images: odometry comes only {:.1f} times "
+                     "a second, and what the wheels do in between is guessed; publish it at 10 Hz or more",
+                     in.report.odometry_rejected, steps, 1e3 / UsualInterval(in.input.odometry()))});
+  } else if (many_rejected && !ClockIsFarOff(in)) {
     found->push_back({Harm::kWorthless, "mount",
                       fmt::format("{} of {} steps of the wheels contradict the images: wheels that slip or read wrong, "
                                   "or a wrong mount or calibration of the camera; check tf and camera_info",
@@ -155,11 +186,12 @@ void AddNoMap(const FindingsInput& in, Found* found) {
 
 void AddWheels(const FindingsInput& in, Found* found) {
   const double speed = in.input.wheel_speed();
-  if (speed > kFastest) {
-    found->push_back({Harm::kWorthless, "odometry",
-                      fmt::format("the wheels drive at {:.0f} m/s: odometry is not in metres (as in "
-                                  "millimetres?); correct its publisher",
-                                  speed)});
+  if (speed > kFastest || in.input.wheel_sideways() > kSideways) {
+    found->push_back(
+        {Harm::kWorthless, "odometry",
+         fmt::format("the wheels drive at {:.0f} m/s, with {:.0f} m/s^2 in bends: odometry is not in metres "
+                     "(as in centimetres or millimetres?); correct its publisher",
+                     speed, in.input.wheel_sideways())});
   }
   constexpr double kOften = 0.05;
   if (in.input.odometry_back_and_forth() > kOften) {
@@ -174,6 +206,13 @@ void AddWheels(const FindingsInput& in, Found* found) {
   AddDirection(check, in.motion, found);
   if (!check.turn.has_value()) return;
   const double turn = check.turn->value - in.report.wheels.log_turn;  // the map's links are corrected by that
+  constexpr double kNone = 0.9;                                       // of the turns, missing
+  if (turn < -kNone && turn > -2.0 + kNone) {
+    found->push_back({Harm::kWorthless, "odometry",
+                      "the wheels never turn where the images do: the orientation of odometry is not filled in; "
+                      "correct its publisher"});
+    return;
+  }
   if (std::abs(turn) > kTurnShare && std::abs(turn) > kSigmas * check.turn->sigma) {
     found->push_back(
         {Harm::kBent, "odometry",
@@ -213,6 +252,19 @@ void AddClocks(const FindingsInput& in, Found* found) {
   found->push_back({ClockIsFarOff(in) ? Harm::kWorthless : Harm::kBent, "clocks",
                     fmt::format("odometry's stamps are {:.0f} ms {} than the images'{} {}", 1e3 * std::abs(*offset),
                                 *offset > 0.0 ? "later" : "earlier", ClockIsFarOff(in) ? ":" : ";", cure)});
+}
+
+void AddLaserClock(const FindingsInput& in, Found* found) {
+  constexpr double kLeast = 0.1;  // s: a sweep and the way of its stamp take as long
+  const auto& offset = in.motion.laser_time_offset;
+  if (!offset.has_value() || in.input.laser().IsUpsideDown()) return;
+  if (std::abs(offset->value) < kLeast + kClockSigmas * offset->sigma) return;
+  if (std::abs(offset->value - ClockOffset(in).value_or(0.0)) < kLeast) return;  // it is odometry that is off
+  found->push_back(
+      {Harm::kBent, "clocks",
+       fmt::format("the laser's stamps are {:.0f} ms {} than odometry's: its driver stamps wrongly, or the "
+                   "clocks of two computers differ; mend that",
+                   1e3 * std::abs(offset->value), offset->value < 0.0 ? "later" : "earlier")});
 }
 
 }  // namespace planar_vslam

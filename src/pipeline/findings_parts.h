@@ -12,6 +12,7 @@ constexpr long kFewestKeyframes = 10;  // that say something
 
 // Wheels and clocks against the images.
 void AddClocks(const FindingsInput& in, Found* found);
+void AddLaserClock(const FindingsInput& in, Found* found);
 void AddMount(const FindingsInput& in, Found* found);
 void AddNoMap(const FindingsInput& in, Found* found);
 void AddWheels(const FindingsInput& in, Found* found);

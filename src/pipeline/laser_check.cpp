@@ -12,13 +12,13 @@ constexpr long kEnough = 400;                        // comparisons that tell
 constexpr double kLeastTurn = 0.1, kMostTurn = 0.7;  // rad between two of them
 constexpr std::size_t kMostWaiting = 20;             // sweeps that odometry does not cover
 
-// Mean difference of the ranges of two sweeps, the second turned by `turn` about the laser's axis against the first;
-// cut at a metre each, since what is behind an edge differs by any amount. Nothing where they hardly overlap.
-std::optional<double> Difference(const PlanarScan& first, const PlanarScan& second, double turn) {
-  if (first.angle_increment == 0.0) return std::nullopt;
-  const auto shift = static_cast<long>(std::lround(turn / first.angle_increment));
+// Mean difference of the ranges of two sweeps, the second shifted by so many beams against the first; cut at a metre
+// each, since what is behind an edge differs by any amount. Of every `every`-th beam. Nothing where they hardly
+// overlap.
+std::optional<double> ShiftedDifference(const PlanarScan& first, const PlanarScan& second, long shift,
+                                        std::size_t every) {
   double sum = 0.0, count = 0.0;
-  for (std::size_t i = 0; i < second.ranges.size(); ++i) {
+  for (std::size_t i = 0; i < second.ranges.size(); i += every) {
     const long k = static_cast<long>(i) + shift;
     if (k < 0 || k >= static_cast<long>(first.ranges.size())) continue;
     const double difference =
@@ -28,8 +28,36 @@ std::optional<double> Difference(const PlanarScan& first, const PlanarScan& seco
     count += 1.0;
   }
   constexpr double kOverlap = 0.25;
-  if (count < kOverlap * static_cast<double>(second.ranges.size())) return std::nullopt;
+  if (count < kOverlap * static_cast<double>(second.ranges.size() / every)) return std::nullopt;
   return sum / count;
+}
+
+// The same for a turn about the laser's axis.
+std::optional<double> Difference(const PlanarScan& first, const PlanarScan& second, double turn) {
+  if (first.angle_increment == 0.0) return std::nullopt;
+  return ShiftedDifference(first, second, std::lround(turn / first.angle_increment), 1);
+}
+
+// The turn about the laser's axis under which two sweeps are most alike, between beams by a parabola.
+std::optional<double> TurnOf(const PlanarScan& first, const PlanarScan& second) {
+  constexpr std::size_t kBeams = 180;  // that are looked at
+  if (first.angle_increment == 0.0) return std::nullopt;
+  const double beams = std::min(kMostTurn / std::abs(first.angle_increment), static_cast<double>(first.ranges.size()));
+  const auto widest = static_cast<long>(beams);
+  const std::size_t every = 1 + second.ranges.size() / kBeams;
+  std::vector<double> differences;
+  for (long shift = -widest; shift <= widest; ++shift) {
+    const std::optional<double> difference = ShiftedDifference(first, second, shift, every);
+    if (!difference.has_value()) return std::nullopt;
+    differences.push_back(*difference);
+  }
+  const auto best = std::min_element(differences.begin(), differences.end()) - differences.begin();
+  if (best == 0 || best + 1 == static_cast<std::ptrdiff_t>(differences.size())) return std::nullopt;
+  const double here = differences[static_cast<std::size_t>(best)];
+  const double before = differences[static_cast<std::size_t>(best - 1)] - here;
+  const double after = differences[static_cast<std::size_t>(best + 1)] - here;
+  const double between = before + after > 0.0 ? 0.5 * (before - after) / (before + after) : 0.0;
+  return (static_cast<double>(best - widest) + between) * first.angle_increment;
 }
 
 }  // namespace
@@ -44,6 +72,7 @@ void LaserCheck::Add(const OdometryReading& reading) {
   odometry_.Push(reading);
   if (odometry_.empty()) return;
   while (sweeps_.size() > 1 && sweeps_[1].scan.stamp <= odometry_.last_stamp()) {
+    AddHeading(sweeps_[0], sweeps_[1]);
     Compare(sweeps_[0], sweeps_[1]);
     sweeps_.pop_front();
   }
@@ -52,6 +81,17 @@ void LaserCheck::Add(const OdometryReading& reading) {
   } else if (sweeps_.empty()) {
     odometry_.DropBefore(odometry_.last_stamp());
   }
+}
+
+void LaserCheck::AddHeading(const LaserFrame& first, const LaserFrame& second) {
+  constexpr std::size_t kMost = 1500;
+  if (headings_.size() >= kMost) return;
+  const std::optional<double> turn = TurnOf(first.scan, second.scan);
+  if (!turn.has_value()) return;
+  const bool hangs = second.T_base_laser.R()(2, 2) < 0.0;  // its axis points down
+  const double before = headings_.empty() ? 0.0 : headings_.back().second;
+  if (headings_.empty() || headings_.back().first != first.scan.stamp) headings_.emplace_back(first.scan.stamp, before);
+  headings_.emplace_back(second.scan.stamp, before + (hangs ? -*turn : *turn));
 }
 
 void LaserCheck::Compare(const LaserFrame& first, const LaserFrame& second) {

@@ -161,4 +161,11 @@ MotionAgreement CompareMotions(const std::vector<SeenPose>& seen, const Odometry
   return agreement;
 }
 
+std::optional<Deviation> CompareTurns(const std::vector<std::pair<Timestamp, double>>& headings,
+                                      const OdometryBuffer& wheels) {
+  std::vector<SeenPose> seen;
+  for (const auto& [stamp, heading] : headings) seen.push_back({stamp, Rigid2(0.0, 0.0, WrapAngle(heading))});
+  return TimeOffset(seen, wheels);
+}
+
 }  // namespace planar_vslam

@@ -6,6 +6,8 @@
 #include <limits>
 #include <random>
 
+#include "planar_vslam/pipeline/motion_comparison.h"
+
 namespace planar_vslam {
 namespace {
 
@@ -27,6 +29,7 @@ struct Laser {
   bool hangs_unsaid = false;  // but tf does not
   bool clockwise = false;     // the order of its beams
   double field = 2.0 * M_PI;  // rad
+  double wiggle = 0.3;        // rad/s, of the robot
 };
 
 LaserFrame Sweep(const Rigid2& T_room_base, const Laser& laser, double t, std::mt19937* generator) {
@@ -52,16 +55,18 @@ LaserFrame Sweep(const Rigid2& T_room_base, const Laser& laser, double t, std::m
   return frame;
 }
 
-// Round the room at 0.5 m/s, with bends; the wheels as they should be.
-LaserCheck Drive(const Laser& laser, double seconds = 40.0) {
+// Round the room at 0.5 m/s, with bends; the wheels as they should be, the laser's stamps late.
+LaserCheck Drive(const Laser& laser, double seconds = 40.0, double late = 0.0, OdometryBuffer* wheels = nullptr) {
   LaserCheck check;
   std::mt19937 generator(3);
   Rigid2 T_room_base(-2.0, -1.0, 0.0);
   for (int i = 0; i < seconds * 20; ++i) {
     const double t = 0.05 * i;
-    T_room_base = T_room_base * ExpSe2(Eigen::Vector3d(0.025, 0.0, 0.05 * (0.35 + 0.3 * std::sin(0.8 * t))));
-    if (i % 2 == 0) check.Add(Sweep(T_room_base, laser, t, &generator));
-    check.Add(OdometryReading{Timestamp::FromSeconds(t), T_room_base});
+    T_room_base = T_room_base * ExpSe2(Eigen::Vector3d(0.025, 0.0, 0.05 * (0.35 + laser.wiggle * std::sin(0.8 * t))));
+    if (i % 2 == 0) check.Add(Sweep(T_room_base, laser, t + late, &generator));
+    const OdometryReading reading{Timestamp::FromSeconds(t), T_room_base};
+    check.Add(reading);
+    if (wheels != nullptr) wheels->Push(reading);
   }
   return check;
 }
@@ -100,6 +105,21 @@ TEST(LaserCheck, ALaserUpsideDownIsNotCalledTurned) {
   const LaserCheck check = Drive(laser);
   EXPECT_TRUE(check.IsUpsideDown());
   EXPECT_FALSE(check.Turned().has_value());
+}
+
+TEST(LaserCheck, ItsTurnsTellTheClocks) {
+  for (const bool hangs : {false, true}) {
+    for (const double late : {0.0, 0.3, -0.5}) {
+      OdometryBuffer wheels;
+      Laser laser;
+      laser.hangs = hangs;
+      laser.wiggle = 1.2;
+      const LaserCheck check = Drive(laser, 40.0, late, &wheels);
+      const std::optional<Deviation> offset = CompareTurns(check.headings(), wheels);
+      ASSERT_TRUE(offset.has_value()) << late;
+      EXPECT_NEAR(offset->value, -late, 0.04);
+    }
+  }
 }
 
 TEST(LaserCheck, AFewStepsTellNothing) { EXPECT_FALSE(Drive({M_PI_2}, 2.0).Turned().has_value()); }

@@ -1,6 +1,6 @@
 #pragma once
 // Which way a laser looks, by how its sweeps change while the robot drives: where they fit the wheels' way clearly
-// better with the laser turned, its yaw in tf is wrong. Told to 15 degrees, for faults of tf, not for calibration.
+// better with the laser turned, its yaw in tf is wrong. Told to 5 degrees, for faults of tf, not for calibration.
 #include <array>
 #include <optional>
 
@@ -20,7 +20,7 @@ class LaserDirection {
 
  private:
   static constexpr int kMostPairs = 150;  // that tell
-  static constexpr std::size_t kDirections = 24;
+  static constexpr std::size_t kDirections = 72;
 
   std::array<double, kDirections> differences_{};  // m, summed over the pairs; of ranges, by direction
   int pairs_ = 0;

@@ -4,6 +4,7 @@
 // the wheels helped to make lean towards them: they show about a third of a wrong yaw, and nine tenths of a clock's
 // offset.
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "planar_vslam/geometry/rigid2.h"
@@ -18,12 +19,18 @@ struct SeenPose {
 };
 
 struct MotionAgreement {
-  std::optional<Deviation> time_offset;  // s, odometry's stamps minus the images'; up to 5 s are found
-  std::optional<Deviation> turn;         // how much further the wheels turned, as a share; below -1: the other way
-  std::optional<Deviation> direction;    // rad, counter-clockwise from where the images drive to where the wheels do
+  std::optional<Deviation> time_offset;        // s, odometry's stamps minus the images'; up to 5 s are found
+  std::optional<Deviation> laser_time_offset;  // s, odometry's stamps minus the laser's
+  std::optional<Deviation> turn;       // how much further the wheels turned, as a share; below -1: the other way
+  std::optional<Deviation> direction;  // rad, counter-clockwise from where the images drive to where the wheels do
 };
 
-// `seen` in order of stamps, poses found by sight alone. Nothing where too little motion shows a value.
+// `seen` in order of stamps, poses found by sight alone. Nothing where too little motion shows a value, and nothing of
+// the laser.
 MotionAgreement CompareMotions(const std::vector<SeenPose>& seen, const OdometryBuffer& wheels);
+
+// odometry's stamps minus those of somebody who saw only by how much the robot turned, rad.
+std::optional<Deviation> CompareTurns(const std::vector<std::pair<Timestamp, double>>& headings,
+                                      const OdometryBuffer& wheels);
 
 }  // namespace planar_vslam
