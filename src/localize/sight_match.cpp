@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <optional>
 
 #include "planar_vslam/feature/hamming.h"
@@ -201,6 +202,9 @@ struct Normal {
 
 // That count as one: landmarks, whose neighbours share what is wrong with them, or sights where each counts.
 constexpr double kCorrelated = 9.0;
+// Beyond so many, landmarks add nothing: half a pixel, which camera, lens and map leave, is wrong with all of them
+// alike.
+constexpr double kMostLandmarks = 36.0;
 
 // A landmark that lies wrong does so in all views: what a sight tells is shared among those of its landmark.
 std::vector<double> WeightsOf(const std::vector<Sight>& sights, std::size_t landmarks) {
@@ -218,10 +222,15 @@ struct Prior {
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
 };
 
+struct Descent {
+  Eigen::Matrix3d information;
+  double weight = 0.0;  // of all sights: the number of landmarks, or of sights
+};
+
 // Moves to where most landmarks lie best; the information there, for which each landmark counts once if `each_once`.
 // Nothing where too few are found.
-std::optional<Eigen::Matrix3d> Descend(const LandmarkTable& table, const Prior& prior,
-                                       const std::vector<SightView>& views, bool each_once, Rigid2* T_map_base) {
+std::optional<Descent> Descend(const LandmarkTable& table, const Prior& prior, const std::vector<SightView>& views,
+                               bool each_once, Rigid2* T_map_base) {
   constexpr std::array<double, 3> kWindows{30.0, 15.0, 8.0};  // px
   constexpr double kScale = 0.4;                              // of the window, of errors that count fully
   constexpr std::size_t kLeast = 6;                           // sights
@@ -229,11 +238,13 @@ std::optional<Eigen::Matrix3d> Descend(const LandmarkTable& table, const Prior& 
   constexpr double kStill = 1e-4;  // m or rad, of a step: some hundredths of a pixel
   const std::vector<ViewFromNow> from_now(views.begin(), views.end());
   Normal normal;
+  double total = 0.0;
   for (const double window : kWindows) {
     const std::vector<Sight> sights = Look(table, *T_map_base, views, window, true).sights;
     if (sights.size() < kLeast) return std::nullopt;
     std::vector<double> weights(sights.size(), 1.0);
     if (each_once) weights = WeightsOf(sights, table.landmarks().size());
+    total = std::accumulate(weights.begin(), weights.end(), 0.0);
     for (int step = 0; step < kSteps; ++step) {
       normal = Normal{};
       normal.H += prior.information;
@@ -246,7 +257,7 @@ std::optional<Eigen::Matrix3d> Descend(const LandmarkTable& table, const Prior& 
       if (move.norm() < kStill) break;
     }
   }
-  return normal.H;
+  return Descent{normal.H, total};
 }
 
 }  // namespace
@@ -278,10 +289,11 @@ SettledPlace Settle(const LandmarkTable& table, const Rigid2& guess, const std::
   constexpr double kSigma = 0.06;  // m, that odometry between the views and the height of the camera leave
   constexpr double kSigmaAngle = DegreesToRadians(0.7);
   SettledPlace place{guess};
-  const std::optional<Eigen::Matrix3d> H = Descend(table, Prior{guess}, views, each_once, &place.T_map_base);
-  if (!H.has_value()) return place;
+  const std::optional<Descent> descent = Descend(table, Prior{guess}, views, each_once, &place.T_map_base);
+  if (!descent.has_value()) return place;
   const Eigen::Vector3d model(kSigma, kSigma, kSigmaAngle);
-  place.covariance = kCorrelated * H->inverse();
+  const double excess = each_once ? std::max(1.0, descent->weight / kMostLandmarks) : 1.0;
+  place.covariance = kCorrelated * excess * descent->information.inverse();
   place.covariance += model.cwiseAbs2().asDiagonal();
   return place;
 }
@@ -292,8 +304,8 @@ SettledPlace SettleExpected(const LandmarkTable& table, const SettledPlace& expe
   place.with_expected = true;
   const double weight = kCorrelated / news;
   const Prior prior{expected.T_map_base, weight * expected.covariance.inverse()};
-  const std::optional<Eigen::Matrix3d> H = Descend(table, prior, views, false, &place.T_map_base);
-  if (H.has_value()) place.covariance = weight * H->inverse();
+  const std::optional<Descent> descent = Descend(table, prior, views, false, &place.T_map_base);
+  if (descent.has_value()) place.covariance = weight * descent->information.inverse();
   return place;
 }
 

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "support/synthetic_map.h"
 
 namespace planar_vslam {
@@ -23,6 +25,23 @@ TEST(SightMatch, LandmarksThatAreSeenAgainTellNothingNew) {
   const SettledPlace by_one = Settle(table, guess, once), by_many = Settle(table, guess, often);
   EXPECT_LT((by_one.T_map_base.translation - ProjectToPlane(T_map_base).translation).norm(), 0.02);
   EXPECT_TRUE(by_many.covariance.isApprox(by_one.covariance, 0.01));
+}
+
+// The more landmarks, the better they tell the place, but for what is wrong with all of them.
+TEST(SightMatch, ManyLandmarksAreNoBetterThanTheCameraIs) {
+  const auto sigma = [](int points) {
+    test::SyntheticWorldOptions options;
+    options.points = points;
+    const test::SyntheticWorld world = MakeSyntheticWorld(options);
+    const Rigid3 T_map_base = test::SyntheticPose(0.8);
+    const std::vector<SightView> views{ViewFrom(world, T_map_base, T_map_base)};
+    constexpr double kModel = 0.06;  // m, in all covariances
+    return std::sqrt(Settle(LandmarkTable(world.map), ProjectToPlane(T_map_base), views).covariance(0, 0) -
+                     kModel * kModel);
+  };
+  const double few = sigma(15), many = sigma(300), very_many = sigma(1200);
+  EXPECT_LT(many, 0.9 * few);
+  EXPECT_NEAR(very_many, many, 0.3 * many);
 }
 
 TEST(SightMatch, EachUniqueLandmarkCountsOnce) {

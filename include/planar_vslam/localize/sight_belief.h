@@ -9,7 +9,7 @@
 // what the map itself shows at another place of what it saw here: rows of benches, look-alike aisles.
 //
 // One place is believed when its odds exceed those of all places of the map against "unknown", and when no other place
-// comes near, three times, at three places, each where odometry leads from the other. A part of the room that was not
+// comes near, at three places, while it leads wherever odometry goes from the first. A part of the room that was not
 // mapped may have things of the same kind: so the landmarks that are like nothing else in the map have to tell by
 // themselves. And a far wall tells the heading only together with where the robot is along it: the place has to be
 // known to some decimetres.
@@ -76,8 +76,8 @@ class SightBelief {
   std::vector<std::vector<LikelyMatch>> matches_;  // of each view
   std::vector<SightedPlace> places_;               // best first
   std::optional<SettledPlace> expected_;           // at the last view
-  std::optional<Rigid2> leader_;                   // that stood out at the last view
-  int stood_out_ = 0;                              // views in a row at which it did
+  std::optional<Rigid2> leader_;                   // at the last view, that has stood out
+  int stood_out_ = 0;                              // views at which it did while it led
   std::optional<SightedPlace> believed_;
   std::size_t news_ = 0;  // views since a place was believed
 };
