@@ -134,13 +134,14 @@ std::shared_ptr<const Map> Localization::Initialize(const FramePacket& packet, T
 void Localization::Track(const FramePacket& packet, KeyframeSlot slot, TrackedFrame* frame, FrameReport* report) {
   const bool was_localized = tracker_.localized();
   const bool grows = slot != KeyframeSlot::kNone;
-  const bool found = FindPlace(packet, *frame, grows);
+  bool found = FindPlace(packet, *frame, grows);
   TrackInput input{packet.image.stamp, frame->features, packet.T_base_camera, frame->step, slot};
   if (found) input.odometry = PlanarMotion{};  // the frame is where it was found
   input.may_jump = relocalizer_.ViewMayJump();
   if (!grows && input.odometry.has_value() && tracker_.localized())
     input.fix = relocalizer_.FixByLaser(packet, Moved(*LastFix(), *input.odometry));
   frame->track = tracker_.Track(input, *known_.map);
+  if (!was_localized && !grows) found = SettleByLaser(packet, &input, frame) || found;
   if (found) frame->track.jumped = true;
   WeighView(packet, was_localized, frame);
   const TrackResult& track = frame->track;
@@ -176,6 +177,24 @@ void Localization::Track(const FramePacket& packet, KeyframeSlot slot, TrackedFr
   }
 }
 
+bool Localization::SettleByLaser(const FramePacket& packet, TrackInput* input, TrackedFrame* frame) {
+  constexpr double kPosition = 0.10;  // m, standard deviation: much of what is in view may stand elsewhere
+  constexpr double kAngle = DegreesToRadians(2.0);
+  const bool by_camera = frame->track.status == TrackingState::kRelocalized && !input->fix.has_value();
+  if (!by_camera || !input->odometry.has_value() || relocalizer_.Contradicts(frame->track.T_map_base)) return false;
+  PlanarFix seen{ProjectToPlane(frame->track.T_map_base)};
+  seen.covariance = Eigen::Vector3d(kPosition, kPosition, kAngle).cwiseAbs2().asDiagonal();
+  const std::optional<PlanarFix> fix = relocalizer_.FixByLaser(packet, seen);
+  if (!fix.has_value() || !fix->complete) return false;
+  Matrix6d covariance = Matrix6d::Zero();
+  covariance(kPlanarRows, kPlanarRows) = seen.covariance;
+  GoOnFrom(frame->track.T_map_base, covariance);
+  input->odometry = PlanarMotion{};
+  input->fix = fix;
+  frame->track = tracker_.Track(*input, *known_.map);
+  return true;
+}
+
 void Localization::Slew(const std::optional<PlanarMotion>& step, FrameReport* report) {
   std::optional<Rigid2> moved;
   if (report->metric && step.has_value()) moved = step->T_i_j;
@@ -204,7 +223,7 @@ void Localization::WeighView(const FramePacket& packet, bool was_localized, Trac
     std::optional<PlanarFix> predicted;
     if (tracker_.localized())
       predicted = PlanarFix{ProjectToPlane(track.T_map_base), track.covariance(kPlanarRows, kPlanarRows)};
-    relocalizer_.AddView(ViewOf(packet, *frame), *known_.map, tracker_.seen_places(), predicted);
+    relocalizer_.AddView(ViewOf(packet, *frame), tracker_.seen_places(), predicted);
   } else if ((!was_localized || track.jumped) && relocalizer_.Contradicts(track.T_map_base)) {
     tracker_.StartUnlocalized();
     frame->track = TrackResult{};

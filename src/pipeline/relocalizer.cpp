@@ -57,9 +57,11 @@ std::optional<PlanarFix> Relocalizer::Find(const PlaceQuery& query) {
     return std::nullopt;
   }
   if (!finder_.has_value()) {
-    if (sight_map_ == nullptr || &sight_map_->map() != query.map.get())
+    if (sight_map_ == nullptr || &sight_map_->map() != query.map.get()) {
       sight_map_ = std::make_shared<SightMap>(query.map);
-    finder_.emplace(map_laser_.field, localized, SightSearch(sight_map_, executor_.get()));
+      view_map_ = std::make_shared<SightMap>(query.map);
+    }
+    finder_.emplace(map_laser_.field, localized, view_map_, SightSearch(sight_map_, executor_.get()));
   }
   finder_->Add(query.packet, query.step->T_i_j);
   const std::optional<SettledPlace> found = finder_->Found();
@@ -83,12 +85,12 @@ std::optional<PlanarFix> Relocalizer::FixByLaser(const FramePacket& packet, cons
   return LaserTracker(map_laser_).Fix(packet, predicted.T_map_base, predicted.covariance);
 }
 
-void Relocalizer::AddView(const CameraView& view, const Map& map, const std::vector<Placement>& seen,
+void Relocalizer::AddView(const CameraView& view, const std::vector<Placement>& seen,
                           const std::optional<PlanarFix>& predicted) {
   if (!finder_.has_value() || !(finder_->ByLaser() || options_.has_floor)) return;
   std::optional<SettledPlace> expected;
   if (predicted.has_value()) expected = SettledPlace{predicted->T_map_base, WithDrift(*predicted).covariance};
-  finder_->AddView(view, map, seen, expected);
+  finder_->AddView(view, seen, expected);
 }
 
 bool Relocalizer::Contradicts(const Rigid3& T_map_base) const {

@@ -1,8 +1,8 @@
 #include "planar_vslam/pipeline/saved_place.h"
 
-#include <algorithm>
+#include <array>
 
-#include "planar_vslam/map/queries.h"
+#include "planar_vslam/localize/sight_odds.h"
 
 namespace planar_vslam {
 namespace {
@@ -39,47 +39,24 @@ void PlaceFinder::Add(const FramePacket& packet, const Rigid2& step) {
   for (const ScanPacket& scan : packet.scans) belief_.AddSweep(scan.scan, scan.T_base_laser, scan.T_frame_base);
 }
 
-// What the view shows of the landmarks that should be in view at a place.
-struct PlaceFinder::Sighting {
-  Rigid2 T_map_base;
-  int visible = 0, found = 0;
-};
-
-PlaceFinder::Sighting PlaceFinder::LookFrom(const Rigid2& place, const CameraView& view, const Map& map) {
+// Looks once as if the robot is there, and once as if it is turned by some degrees: then landmarks lie where they do
+// not belong.
+double PlaceFinder::LookFrom(const Rigid2& place, const CameraView& view) {
   constexpr double kWindow = 12.0;  // px: a few centimetres and half a degree
-  constexpr double kRatio = 0.8;
-  constexpr double kReach = 10.0;         // m: what is seen across a room
-  constexpr std::size_t kKeyframes = 40;  // that may have seen it
-  const Rigid3 T_map_camera = Embed3(place) * view.T_base_camera;
-  const std::vector<KeyframeId> near =
-      NearbyKeyframes(map, T_map_camera, kReach, PlaceLimits::kTrackerReachAngle, kKeyframes);
-  ProjectionSearchOptions search;
-  search.radius = kWindow;
-  search.ratio = kRatio;
-  search.max_distance = PlaceLimits::kLikeDistance;
-  FrameMatches matches;
-  SearchByProjection(map, LandmarksOf(map, near), T_map_camera, view.camera, *view.features, search, &matches);
-  return {place, static_cast<int>(matches.visible.size()), matches.count};
-}
-
-// Landmarks found at a place beyond those that its rivals show by chance, for as many in view.
-double PlaceFinder::Excess(const std::vector<Sighting>& sightings, std::size_t of) {
-  constexpr int kLeastInView = 30;
-  constexpr double kByChance = 0.05;           // of those in view, at least
-  constexpr double kTimes = 1.5, kMore = 3.0;  // that chance may have found more
-  if (sightings.size() < 2 || sightings[of].visible < kLeastInView) return 0.0;
-  double rival = kByChance * sightings[of].visible;
-  for (std::size_t i = 0; i < sightings.size(); ++i) {
-    if (i == of) continue;
-    const double share = sightings[i].found / static_cast<double>(std::max(kLeastInView, sightings[i].visible));
-    rival = std::max(rival, share * sightings[of].visible);
+  constexpr std::array<double, 4> kTurned{DegreesToRadians(-8.0), DegreesToRadians(-4.0), DegreesToRadians(4.0),
+                                          DegreesToRadians(8.0)};
+  const std::vector<SightView> views{{Rigid2(), view}};
+  Agreement by_chance;
+  for (const double turned : kTurned) {
+    const Agreement seen = Compare(map_->table(), place * Rigid2(0.0, 0.0, turned), views, kWindow);
+    by_chance.visible += seen.visible, by_chance.found += seen.found;
   }
-  return sightings[of].found - kTimes * rival - kMore;
+  return SightLogOdds(Compare(map_->table(), place, views, kWindow), by_chance);
 }
 
-void PlaceFinder::AddView(const CameraView& view, const Map& map, const std::vector<Placement>& seen,
+void PlaceFinder::AddView(const CameraView& view, const std::vector<Placement>& seen,
                           const std::optional<SettledPlace>& expected) {
-  if (ByLaser()) return AddViewBesideLaser(view, map, seen);
+  if (ByLaser()) return AddViewBesideLaser(view, seen);
   constexpr int kPatience = 10;  // packets: a laser turns more slowly than images come
   if ((waits_for_sweeps_ && packets_ <= kPatience) || !sight_.WantsView()) return;
   std::vector<Rigid2> suggested;
@@ -87,24 +64,20 @@ void PlaceFinder::AddView(const CameraView& view, const Map& map, const std::vec
   sight_.AddView(view, std::move(suggested), expected);
 }
 
-void PlaceFinder::AddViewBesideLaser(const CameraView& view, const Map& map, const std::vector<Placement>& seen) {
+void PlaceFinder::AddViewBesideLaser(const CameraView& view, const std::vector<Placement>& seen) {
   if (!belief_.WantsView()) return;
   constexpr std::size_t kContenders = 6;
   constexpr double kBehind = 12.0;  // log odds behind the best: few views bring such a place back
-  std::vector<PlaceBelief::SeenPlace> places;
-  for (const Placement& placement : seen)
-    places.push_back({ProjectToPlane(placement.T_map_base), placement.matches.count});
-  std::vector<Sighting> sightings;
+  std::vector<Rigid2> contenders;
   for (const PlaceHypothesis& hypothesis : belief_.hypotheses()) {
-    if (sightings.size() == kContenders) break;
+    if (contenders.size() == kContenders) break;
     if (hypothesis.log_odds() < belief_.hypotheses().front().log_odds() - kBehind) break;
-    sightings.push_back(LookFrom(hypothesis.T_map_base, view, map));
+    contenders.push_back(hypothesis.T_map_base);
   }
-  for (std::size_t i = 0; i < sightings.size(); ++i) {
-    const double excess = Excess(sightings, i);
-    if (excess > 0.0)
-      places.push_back({sightings[i].T_map_base, PlaceBelief::kInliersByChance + static_cast<int>(excess)});
-  }
+  // The one place that PnP speaks for most.
+  if (!seen.empty()) contenders.push_back(ProjectToPlane(seen.front().T_map_base));
+  std::vector<PlaceBelief::SeenPlace> places;
+  for (const Rigid2& place : contenders) places.push_back({place, LookFrom(place, view)});
   belief_.AddView(places);
 }
 

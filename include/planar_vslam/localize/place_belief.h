@@ -3,14 +3,15 @@
 // what laser and camera see meanwhile. Log odds of a hypothesis against "a place the map does not know":
 //   laser  the mean odds (likelihood_field.h) of all points seen over the last metres, times their number, over
 //          kCorrelated: neighbouring points lie on one surface
-//   sight  kPerInlier for each landmark found in view beyond those that chance finds, over views from different places
+//   sight  what views show of the landmarks that should be in view (sight_odds.h). Views of the same things repeat what
+//          they tell: the mean of all views, times 1 + a fifth of their number beyond the first, a view each 0.2 m
 // After every sweep the whole map is searched anew for the places that explain all sweeps of the last metres, so that
 // no hypothesis has to survive from the beginning.
 //
 // One is believed when its odds exceed kBelieved against "unknown" and against every other place, twice in a row, after
-// evidence from two places. Beforehand "unknown" is as likely as all places of the map together. How well another place
-// of the map explains the same points tells how well chance does, in this map, with these points: a room that the map
-// does not know has many places that fit equally badly.
+// evidence from two places, or once where laser and camera both speak for it. Beforehand "unknown" is as likely as all
+// places of the map together. How well another place of the map explains the same points tells how well chance does, in
+// this map, with these points: a room that the map does not know has many places that fit equally badly.
 #include <Eigen/Core>
 #include <memory>
 #include <optional>
@@ -24,19 +25,21 @@ namespace planar_vslam {
 struct PlaceHypothesis {
   Rigid2 T_map_base;
   double laser = 0.0;    // log odds by the laser
-  double sight = 0.0;    // ...and by the camera
+  double seen = 0.0;     // ...and by the camera: the sum over views...
+  int views = 0;         // ...and their number
   double fit = 0.0;      // mean odds of a point
   double crossed = 0.0;  // share of beams that would have gone through a mapped surface
 
-  double log_odds() const { return laser + sight; }
+  double sight() const { return views == 0 ? 0.0 : seen * (kNewInView + (1.0 - kNewInView) / views); }
+  double log_odds() const { return laser + sight(); }
+
+  static constexpr double kNewInView = 0.2;  // of a view, 0.2 m after the last one: things stay in view for a metre
 };
 
 class PlaceBelief {
  public:
-  static constexpr int kInliersByChance = 12;  // that PnP finds where nothing is right
-
-  // By sight alone where `field` is null or empty. Where `elsewhere`, odometry says where the robot is: that it is
-  // anywhere else is unlikely beforehand, and sight alone does not say so.
+  // Believes nothing where `field` is null or empty. Where `elsewhere`, odometry says where the robot is: that it is
+  // anywhere else is unlikely beforehand.
   explicit PlaceBelief(std::shared_ptr<const LikelihoodField> field, bool elsewhere = false)
       : field_(std::move(field)), elsewhere_(elsewhere) {}
 
@@ -47,11 +50,10 @@ class PlaceBelief {
   bool AddSweep(const PlanarScan& scan, const Rigid3& T_base_laser, const Rigid2& T_now_base);
   // Whether a view from here would be evidence: the robot has moved since the last one.
   bool WantsView() const;
-  // The view from here shows the robot to be at these places, with so many inliers each. To be called where
-  // WantsView().
+  // What the view from here says of the robot's being at these places: log odds. To be called where WantsView().
   struct SeenPlace {
     Rigid2 T_map_base;
-    int inliers = 0;
+    double log_odds = 0.0;
   };
   void AddView(const std::vector<SeenPlace>& seen);
 

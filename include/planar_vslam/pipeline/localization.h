@@ -65,6 +65,9 @@ class Localization {
   // The view of a frame that was not found goes to what is known of its place; one that was found there is held against
   // it, and refused where the laser sees another place.
   void WeighView(const FramePacket& packet, bool was_localized, TrackedFrame* frame);
+  // A first pose that the camera found may be off by what was moved in its view: once more from where the laser puts
+  // it. Whether it does.
+  bool SettleByLaser(const FramePacket& packet, TrackInput* input, TrackedFrame* frame);
   // The pose as it is published, in a map that stays as it is.
   void Slew(const std::optional<PlanarMotion>& step, FrameReport* report);
   CameraView ViewOf(const FramePacket& packet, const TrackedFrame& frame) const;

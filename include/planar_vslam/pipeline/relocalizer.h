@@ -48,8 +48,7 @@ class Relocalizer {
   std::optional<PlanarFix> FixByLaser(const FramePacket& packet, const PlanarFix& predicted) const;
   // While the place is searched for: a view that was not found, where a search by descriptors would put it, and where
   // odometry leads; nothing while frames have no pose.
-  void AddView(const CameraView& view, const Map& map, const std::vector<Placement>& seen,
-               const std::optional<PlanarFix>& predicted);
+  void AddView(const CameraView& view, const std::vector<Placement>& seen, const std::optional<PlanarFix>& predicted);
   // ...and whether the laser sees another place than this one, which a view gave.
   bool Contradicts(const Rigid3& T_map_base) const;
 
@@ -65,7 +64,8 @@ class Relocalizer {
 
   RelocalizerOptions options_;
   MapLaser map_laser_;                   // of the map that was started in
-  std::shared_ptr<SightMap> sight_map_;  // of the map that was searched last
+  std::shared_ptr<SightMap> sight_map_;  // of the map that was searched last: the executor's...
+  std::shared_ptr<SightMap> view_map_;   // ...and the tracking's
   std::optional<PlaceFinder> finder_;    // while the place is unknown
   std::optional<Timestamp> fixed_;       // frame of which the laser told the whole pose, the last one
   int unconfirmed_ = 0;                  // frames in a row whose pose neither camera nor laser told

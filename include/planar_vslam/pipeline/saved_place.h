@@ -24,16 +24,20 @@ MapLaser LaserOf(const Map& map, const ScanMatchOptions& options);
 
 class PlaceFinder {
  public:
-  // `localized`: odometry says about where the robot is.
-  PlaceFinder(std::shared_ptr<const LikelihoodField> field, bool localized, SightSearch sight)
-      : waits_for_sweeps_(field != nullptr), belief_(std::move(field), localized), sight_(std::move(sight)) {}
+  // `localized`: odometry says about where the robot is. `map`: for views beside the laser, which are weighed at once;
+  // `sight` has one of its own.
+  PlaceFinder(std::shared_ptr<const LikelihoodField> field, bool localized, std::shared_ptr<SightMap> map,
+              SightSearch sight)
+      : waits_for_sweeps_(field != nullptr),
+        belief_(std::move(field), localized),
+        map_(std::move(map)),
+        sight_(std::move(sight)) {}
 
   // The robot moved to where this packet was taken; its sweeps. `step`: the identity where the robot just began.
   void Add(const FramePacket& packet, const Rigid2& step);
   // The packet's image, where a search by descriptors would put it, and where the robot is by odometry; nothing where
   // it may be anywhere.
-  void AddView(const CameraView& view, const Map& map, const std::vector<Placement>& seen,
-               const std::optional<SettledPlace>& expected);
+  void AddView(const CameraView& view, const std::vector<Placement>& seen, const std::optional<SettledPlace>& expected);
   // Where the robot is now, once that is clear. What images tell is told once a view.
   std::optional<SettledPlace> Found();
   bool Contradicts(const Rigid3& T_map_base) const { return belief_.Contradicts(ProjectToPlane(T_map_base)); }
@@ -41,14 +45,14 @@ class PlaceFinder {
   bool ByLaser() const { return belief_.SeesEnough(); }
 
  private:
-  struct Sighting;
-  void AddViewBesideLaser(const CameraView& view, const Map& map, const std::vector<Placement>& seen);
-  static Sighting LookFrom(const Rigid2& place, const CameraView& view, const Map& map);
-  static double Excess(const std::vector<Sighting>& sightings, std::size_t of);
+  void AddViewBesideLaser(const CameraView& view, const std::vector<Placement>& seen);
+  // Log odds that the view was taken there.
+  double LookFrom(const Rigid2& place, const CameraView& view);
 
   bool waits_for_sweeps_;  // for some packets, before images have to do
   int packets_ = 0;
   PlaceBelief belief_;
+  std::shared_ptr<SightMap> map_;
   SightSearch sight_;
 };
 
