@@ -167,7 +167,10 @@ void AddSimulate(CLI::App& app, int* exit_code) {
   outputs->add_option("--check", arguments->check,
                       "Seeds FIRST-LAST: instead, whether each makes a world with a free drive; renders nothing");
   outputs->require_option(1, 4);
-  command->add_option("--drive", arguments->drive, "mapping, or repeat: the world's second way")->capture_default_str();
+  command
+      ->add_option("--drive", arguments->drive,
+                   "mapping; repeat: the world's second way; or reverse: its way from the end")
+      ->capture_default_str();
   command
       ->add_option("--variant", arguments->variants,
                    "What is different from the file, any number of times:\n" + VariantHelp())

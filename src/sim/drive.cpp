@@ -37,12 +37,12 @@ class Line {
 };
 
 // From `from` through the waypoints: once, or round and round for the laps asked for.
-Line MakeLine(const DriveSpec& drive, const Vector2d& from) {
+std::vector<Vector2d> MakeLine(const DriveSpec& drive, const Vector2d& from) {
   const std::vector<Vector2d>& waypoints = drive.waypoints;
   std::vector<Vector2d> points = {from};
   if (drive.laps == 0.0) {
     points.insert(points.end(), waypoints.begin(), waypoints.end());
-    return Line(points);
+    return points;
   }
   double lap = 0.0;
   for (std::size_t i = 0; i < waypoints.size(); ++i)
@@ -55,7 +55,7 @@ Line MakeLine(const DriveSpec& drive, const Vector2d& from) {
     points.emplace_back(points.back() + std::min(1.0, length > 0.0 ? left / length : 1.0) * step);
     left -= length;
   }
-  return Line(points);
+  return points;
 }
 
 // Sideways along a minimum-jerk profile (T. Flash, N. Hogan, J. Neurosci. 1985).
@@ -165,12 +165,25 @@ Rigid2 Drive::At(double time) const {
   return Interpolate(poses_[i], poses_[i + 1], share);
 }
 
+DriveSpec Reversed(const DriveSpec& drive) {
+  std::vector<Vector2d> points = MakeLine(drive, drive.start * Vector2d(0.0, drive.shuffle));
+  if (points.size() < 2) return drive;
+  std::reverse(points.begin(), points.end());
+  DriveSpec reversed = drive;
+  const Vector2d ahead = points[1] - points[0];
+  reversed.start = Rigid2(points[0].x(), points[0].y(), std::atan2(ahead.y(), ahead.x()));
+  reversed.shuffle = 0.0;
+  reversed.laps = 0.0;
+  reversed.waypoints.assign(points.begin() + 1, points.end());
+  return reversed;
+}
+
 Expected<Drive> PlanDrive(const World& world) {
   const DriveSpec& drive = world.drive;
   std::vector<Rigid2> poses = {drive.start};
   Shuffle(drive, &poses);
   if (!drive.waypoints.empty()) {
-    Follower follower(drive, MakeLine(drive, poses.back().translation), poses.back());
+    Follower follower(drive, Line(MakeLine(drive, poses.back().translation)), poses.back());
     // Several times what the way takes at full speed, plus turning on the spot at every corner.
     const double patience =
         5.0 * follower.line().length() / drive.speed + 30.0 * static_cast<double>(drive.waypoints.size() + 1);

@@ -215,7 +215,11 @@ Expected<World> ApplyVariants(World world, const std::vector<std::string>& varia
 
 Expected<World> ChooseDrive(World world, const std::string& name) {
   if (name == "mapping") return world;
-  if (name != "repeat") return Error{fmt::format("drive '{}': expected mapping or repeat", name)};
+  if (name == "reverse") {
+    world.drive = Reversed(world.drive);
+    return world;
+  }
+  if (name != "repeat") return Error{fmt::format("drive '{}': expected mapping, repeat or reverse", name)};
   if (!world.repeat_drive.has_value()) return Error{fmt::format("{}: repeat_drive: is missing", world.source)};
   world.drive = *world.repeat_drive;
   return world;

@@ -36,6 +36,21 @@ TEST(Variants, EveryShippedWorldStandsThemAllOnBothDrives) {
   }
 }
 
+TEST(Variants, ReverseLeadsFromTheEndOfTheDriveToItsStart) {
+  for (const char* name :
+       {"sample_lab", "mechatronics_lab", "south_hall", "chemistry_hall", "corridor_loop", "office"}) {
+    const Drive there = PlanDrive(Shipped(name)).value();
+    const Expected<Drive> back = PlanDrive(ChooseDrive(Shipped(name), "reverse").value());
+    ASSERT_TRUE(back.ok()) << back.error().message;
+    const Rigid2 first = back->At(0.0), last = back->At(back->duration());
+    EXPECT_LT((first.translation - there.At(there.duration()).translation).norm(), 0.1) << name;
+    const double shuffle = Shipped(name).drive.shuffle;
+    EXPECT_LT((last.translation - there.At(0.0) * Eigen::Vector2d(0.0, shuffle)).norm(), 0.1) << name;
+    const double middle = 0.5 * back->duration();
+    EXPECT_GT((back->At(middle).Inverse() * back->At(middle + 0.5)).translation.x(), -0.01) << "drives forward";
+  }
+}
+
 // How high the base gets on its way, m, and how steep it stands, rad.
 std::pair<double, double> HighestAndSteepest(const World& world) {
   const Drive drive = PlanDrive(world).value();
@@ -195,7 +210,8 @@ TEST(Variants, RefusesWhatItDoesNotKnow) {
   EXPECT_NE(error("blackout=1x").find("got '1x'"), std::string::npos);
   EXPECT_NE(error("ramp").find("this world has no place for a ramp"), std::string::npos);
   EXPECT_NE(ChooseDrive(world, "repeat").error().message.find("repeat_drive: is missing"), std::string::npos);
-  EXPECT_NE(ChooseDrive(world, "detour").error().message.find("expected mapping or repeat"), std::string::npos);
+  EXPECT_NE(ChooseDrive(world, "detour").error().message.find("expected mapping, repeat or reverse"),
+            std::string::npos);
 }
 
 }  // namespace

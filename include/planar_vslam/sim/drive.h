@@ -22,6 +22,9 @@ class Drive {
   std::vector<Rigid2> poses_;
 };
 
+// The same way from its end to its start, forward.
+DriveSpec Reversed(const DriveSpec& drive);
+
 // An error when the drive comes closer than the robot's radius to an object or a wall, or does not arrive.
 Expected<Drive> PlanDrive(const World& world);
 

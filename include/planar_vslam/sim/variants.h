@@ -16,7 +16,8 @@ std::string VariantHelp();
 // expected.
 Expected<World> ApplyVariants(World world, const std::vector<std::string>& variants, std::uint64_t seed);
 
-// "mapping" keeps the world's drive, "repeat" takes its repeat_drive.
+// "mapping" keeps the world's drive, "repeat" takes its repeat_drive, "reverse" leads its drive from the end to the
+// start.
 Expected<World> ChooseDrive(World world, const std::string& name);
 
 // Shifts and turns chairs and boxes, as far as the drives, the room and the other things leave space. Returns how many.
