@@ -10,6 +10,7 @@ import common
 WRONG_M, WRONG_RAD = 0.5, math.radians(10)
 STEP_M, STEP_RAD = 0.02, math.radians(1)  # of map -> odom at the robot, for each 50 ms
 FIRST, LONGEST = 5.0, 15.0  # s after a cold start
+GIVEN_M, GIVEN_RAD = 0.5, math.radians(15)  # that a given pose may be off
 
 
 def compose(a, b):
@@ -114,6 +115,34 @@ class Runs:
         draw = random.Random('%s %d' % (os.path.basename(self.drive), seed))
         return [self.cold_start(draw.uniform(0.1, last)) for _ in range(count)]
 
+    def cold_starts_every(self, seconds):
+        """From the first image on, as long as there is time enough to be found."""
+        count = int((self.truth.times[-1] - self.truth.times[0] - FIRST) / seconds) + 1
+        return [self.cold_start(i * seconds + 0.001) for i in range(count)]
+
+    def given_poses(self, count, seed):
+        """Starts from a given pose within GIVEN_M and GIVEN_RAD of the truth: when camera or laser confirm it, and how far off it is then."""
+        last = self.truth.times[-1] - self.truth.times[0] - FIRST - 1
+        draw = random.Random('given %s %d' % (os.path.basename(self.drive), seed))
+        results = []
+        for _ in range(count):
+            begin, off, aside = draw.uniform(0.1, last), GIVEN_M * math.sqrt(draw.random()), draw.uniform(-math.pi, math.pi)
+            at = compose(inverse(self.T_truth_map), self.truth.at(self.truth.times[0] + begin))
+            given = (at[0] + off * math.cos(aside), at[1] + off * math.sin(aside), wrapped(at[2] + draw.uniform(-GIVEN_RAD, GIVEN_RAD)))
+            live, status = self.run('--from', '%.3f' % begin, '--until', '%.3f' % (begin + FIRST + 0.05), '--start-at=' + ','.join('%.4f' % v for v in given))
+            results.append(self.confirmed(begin, live, status))
+        return results
+
+    def confirmed(self, begin, live, status):
+        result = {'begin': begin, 'after_s': None, 'first_m': None, 'worst_m': None, 'wrong': False}
+        times = [float(row[0]) for row in status if row[1] in ('tracking', 'relocalized')]
+        if not times:
+            return result
+        off = [e for e in errors(live, self.truth, self.T_truth_map) if e[0] >= times[0] - 1e-6]
+        result.update(after_s=times[0] - float(status[0][0]), first_m=off[0][1], worst_m=max(e[1] for e in off),
+                      wrong=any(e[1] > WRONG_M or e[2] > WRONG_RAD for e in off))
+        return result
+
     def whole_drive(self):
         live, status = self.run()
         if not live.times:
@@ -122,7 +151,10 @@ class Runs:
         wheels = Path([(t,) + compose(compose(live.poses[0], inverse(self.odometry.at(live.times[0]))), self.odometry.at(t)) for t in live.times])
         alone = errors(wheels, self.truth, self.T_truth_map)
         rms = lambda rows: math.sqrt(sum(e[1] ** 2 for e in rows) / len(rows))
-        return {'rmse_m': rms(off), 'max_m': max(e[1] for e in off), 'max_deg': math.degrees(max(e[2] for e in off)), 'wheels_rmse_m': rms(alone),
+        place = ['--transform', ','.join('%.9g' % value for value in self.T_truth_map)]
+        nees = common.evaluate(self.options.executable, self.out + '/trajectory_live.txt', self.drive + '/groundtruth_base.txt', '--consistency',
+                               self.out + '/covariance_live.csv', *place)
+        return {'nees': nees['mean_nees'], 'rmse_m': rms(off), 'max_m': max(e[1] for e in off), 'max_deg': math.degrees(max(e[2] for e in off)), 'wheels_rmse_m': rms(alone),
                 'wheels_max_m': max(e[1] for e in alone), 'after_s': live.times[0] - float(status[0][0]), 'localised': self.localised(status),
                 'steps': self.steps(live, status), 'ms': sum(float(row[4]) for row in status) / len(status)}
 
