@@ -46,6 +46,7 @@ SimSettings ReadSimSettings(const ros::NodeHandle& node, std::vector<std::string
   reader.Read("drive", "mapping, repeat, or empty: cmd_vel", &drive);
   reader.Read("rate", "a number (simulated seconds in a second; 0: as fast as possible)", &settings.rate);
   reader.Read("start_delay", "a number (s)", &settings.start_delay);
+  reader.Read("people_wait", "true or false", &options.people_wait);
   reader.Read("threads", "a whole number", &options.threads);
   ReadStart(&reader, &options);
   RequireNotNegative(&reader, "rate", settings.rate);

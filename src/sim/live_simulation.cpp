@@ -40,6 +40,7 @@ LiveSimulation::LiveSimulation(const World& world, const LiveOptions& options, s
       driven_(Floor(world), options.start.value_or(world.drive.start)),
       planned_(std::move(planned)) {
   base_.T_world_base = options.start.value_or(world.drive.start);
+  if (options.people_wait) people_.emplace(world.people, world.drive.robot_radius);
 }
 
 void LiveSimulation::Command(const VelocityCommand& command) {
@@ -49,6 +50,7 @@ void LiveSimulation::Command(const VelocityCommand& command) {
 
 void LiveSimulation::Step() {
   ++steps_;
+  StepPeople();
   if (planned_ != nullptr && now() < planned_->duration() + DrivenMotion::kMemory) return;
   if (planned_ != nullptr) EndDrive();
   const World& world = rig_.world();
@@ -56,6 +58,15 @@ void LiveSimulation::Step() {
   base_ = StepBase(world.limits, world.drive.base, obstacles_, base_, silent ? VelocityCommand() : command_, now(),
                    Drive::kStep);
   driven_.Append(base_.T_world_base);
+  if (people_.has_value()) driven_.AppendPeople(people_->times());
+}
+
+// While a drive is followed, which was planned clear of them, they do as always.
+void LiveSimulation::StepPeople() {
+  if (!people_.has_value()) return;
+  constexpr double kFar = 1e6;  // m
+  people_->Step(planned_ == nullptr ? base_.T_world_base.translation : Eigen::Vector2d::Constant(kFar), Drive::kStep);
+  obstacles_.SetPeopleTimes(people_->times());
 }
 
 void LiveSimulation::EndDrive() {

@@ -11,10 +11,6 @@ namespace {
 
 constexpr double kPersonRadius = 0.25;  // m
 
-Eigen::Vector2d PlaceOf(const PersonSpec& person, double time) {
-  return WalkerAt(person, time).T_world_walker.translation;
-}
-
 }  // namespace
 
 Obstacles::Obstacles(const World& world, double radius) : world_(world), radius_(radius), floor_(world) {
@@ -28,6 +24,11 @@ Obstacles::Obstacles(const World& world, double radius) : world_(world), radius_
     circles_.push_back(circle);
     solids_.push_back(std::move(solid));
   }
+}
+
+Eigen::Vector2d Obstacles::PlaceOf(std::size_t person, double time) const {
+  const double own = people_times_.empty() ? time : people_times_.at(person);
+  return WalkerAt(world_.people[person], own).T_world_walker.translation;
 }
 
 std::optional<std::string> Obstacles::Touched(const Rigid2& T_world_base, double time) const {
@@ -55,7 +56,7 @@ Obstacles::Nearest Obstacles::FindNearest(const Eigen::Vector2d& at, double time
     const double clearance = Distance(at, solids_[i].footprint) - radius_;
     if (clearance < nearest.clearance) nearest = {clearance, static_cast<int>(i)};
   }
-  for (const PersonSpec& person : world_.people) {
+  for (std::size_t person = 0; person < world_.people.size(); ++person) {
     const double clearance = (PlaceOf(person, time) - at).norm() - radius_ - kPersonRadius;
     if (clearance < nearest.clearance) nearest = {clearance, kPerson};
   }
@@ -65,11 +66,11 @@ Obstacles::Nearest Obstacles::FindNearest(const Eigen::Vector2d& at, double time
 std::string Obstacles::NameOf(const Nearest& nearest, const Eigen::Vector2d& at, double time) const {
   if (nearest.solid == kWall) return "a wall";
   if (nearest.solid == kPerson) {
-    const auto distance = [&](const PersonSpec& person) { return (PlaceOf(person, time) - at).norm(); };
-    const auto person =
-        std::min_element(world_.people.begin(), world_.people.end(),
-                         [&](const PersonSpec& a, const PersonSpec& b) { return distance(a) < distance(b); });
-    return fmt::format("people[{}]", person - world_.people.begin());
+    std::size_t person = 0;
+    for (std::size_t i = 1; i < world_.people.size(); ++i) {
+      if ((PlaceOf(i, time) - at).norm() < (PlaceOf(person, time) - at).norm()) person = i;
+    }
+    return fmt::format("people[{}]", person);
   }
   const int object = solids_[static_cast<std::size_t>(nearest.solid)].object;
   return fmt::format("objects[{}], a {}", object, Name(world_.objects[static_cast<std::size_t>(object)].kind));

@@ -104,7 +104,8 @@ GrayImage SensorRig::Photograph(const TrueMotion& motion, double time, const Rig
 
 void SensorRig::MovePeople(const TrueMotion& motion, double time) {
   std::vector<Walker> walkers;
-  for (const PersonSpec& person : world_.people) walkers.push_back(WalkerAt(person, time));
+  for (std::size_t i = 0; i < world_.people.size(); ++i)
+    walkers.push_back(WalkerAt(world_.people[i], motion.PersonTime(i, time)));
   Walker occluder;
   occluder.present = false;
   for (const SpanSpec& span : world_.events.occlusions) {

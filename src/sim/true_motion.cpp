@@ -3,6 +3,11 @@
 #include <algorithm>
 
 namespace planar_vslam {
+namespace {
+
+constexpr auto kMost = static_cast<std::size_t>(DrivenMotion::kMemory / Drive::kStep) + 1;  // that are remembered
+
+}  // namespace
 
 PlannedMotion::PlannedMotion(Drive drive, Floor floor, std::vector<KidnapSpec> kidnaps)
     : drive_(std::move(drive)), floor_(std::move(floor)), kidnaps_(std::move(kidnaps)), duration_(drive_.duration()) {
@@ -27,10 +32,22 @@ bool PlannedMotion::Carried(double after, double until) const {
 }
 
 void DrivenMotion::Append(const Rigid2& T_world_base) {
-  constexpr auto kMost = static_cast<std::size_t>(kMemory / Drive::kStep) + 1;
   poses_.push_back(carried_.empty() ? T_world_base : carried_.back().T_world_uncarried.Inverse() * T_world_base);
   if (poses_.size() > kMost) poses_.pop_front();
   ++last_;
+}
+
+void DrivenMotion::AppendPeople(const std::vector<double>& times) {
+  people_.push_back(times);
+  if (people_.size() > kMost) people_.pop_front();
+}
+
+// By whole steps: nobody's own time jumps but where they turn back, where their place does not.
+double DrivenMotion::PersonTime(std::size_t person, double time) const {
+  if (people_.empty()) return time;
+  const double back = std::max(0.0, (now() - time) / Drive::kStep);
+  const auto steps = std::min(people_.size() - 1, static_cast<std::size_t>(back + 0.5));
+  return people_[people_.size() - 1 - steps].at(person);
 }
 
 void DrivenMotion::Carry(const Rigid2& T_world_base) {

@@ -6,6 +6,7 @@
 
 #include "planar_vslam/geometry/expected.h"
 #include "planar_vslam/sim/mobile_base.h"
+#include "planar_vslam/sim/people_motion.h"
 #include "planar_vslam/sim/sensor_rig.h"
 
 namespace planar_vslam {
@@ -13,6 +14,7 @@ namespace planar_vslam {
 struct LiveOptions : SensorOptions {
   std::optional<Rigid2> start;  // T_world_base; none: where the world's drive starts
   bool follow_drive = false;    // follows the world's drive before it obeys commands
+  bool people_wait = false;     // people see the robot that obeys commands and stop in front of it; else they do not
 };
 
 class LiveSimulation {
@@ -43,10 +45,12 @@ class LiveSimulation {
  private:
   LiveSimulation(const World& world, const LiveOptions& options, std::unique_ptr<PlannedMotion> planned);
   void EndDrive();
+  void StepPeople();
 
   SensorRig rig_;
   Obstacles obstacles_;
   BaseState base_;
+  std::optional<PeopleMotion> people_;  // none: they wait for nobody
   DrivenMotion driven_;
   std::unique_ptr<PlannedMotion> planned_;  // null: commands
   bool drive_is_over_ = false;

@@ -20,6 +20,8 @@ class Obstacles {
   std::optional<std::string> Touched(const Rigid2& T_world_base, double time) const;
   // From the robot's body to the nearest wall, object or person; negative: so far inside. Metres.
   double Clearance(const Eigen::Vector2d& at, double time) const;
+  // People's own times, which count instead of `time` from now on.
+  void SetPeopleTimes(const std::vector<double>& times) { people_times_ = times; }
   // More tilted than any ramp makes it.
   bool Falls(const Rigid2& T_world_base) const;
 
@@ -34,6 +36,7 @@ class Obstacles {
     double radius;           // m
   };
   static constexpr int kWall = -1, kPerson = -2;
+  Eigen::Vector2d PlaceOf(std::size_t person, double time) const;
   Nearest FindNearest(const Eigen::Vector2d& at, double time) const;
   std::string NameOf(const Nearest& nearest, const Eigen::Vector2d& at, double time) const;
 
@@ -42,6 +45,7 @@ class Obstacles {
   std::vector<Prism> solids_;    // at the height of the body
   std::vector<Circle> circles_;  // one a solid
   Floor floor_;
+  std::vector<double> people_times_;  // s; empty: everybody's time
 };
 
 }  // namespace planar_vslam

@@ -18,6 +18,8 @@ class TrueMotion {
   // T_world_base at `time` had nobody carried the robot after `carried_until`.
   virtual Rigid3 At(double time, double carried_until) const = 0;
   virtual bool Carried(double after, double until) const = 0;  // within (after, until]
+  // A person's own time at `time`, s: behind where they waited for the robot.
+  virtual double PersonTime(std::size_t /*person*/, double time) const { return time; }
 };
 
 // The drive on the floor it leads over, with the places the robot is carried to.
@@ -50,12 +52,15 @@ class DrivenMotion : public TrueMotion {
 
   // Where the robot is Drive::kStep after the last pose.
   void Append(const Rigid2& T_world_base);
+  // People's own times at the last pose, s. Without them they go by everybody's.
+  void AppendPeople(const std::vector<double>& times);
   // Somebody carries the robot there now, in no time.
   void Carry(const Rigid2& T_world_base);
   double now() const { return Drive::kStep * static_cast<double>(last_); }  // s, of the last pose
   using TrueMotion::At;
   Rigid3 At(double time, double carried_until) const override;
   bool Carried(double after, double until) const override;
+  double PersonTime(std::size_t person, double time) const override;
 
  private:
   struct Carrying {
@@ -64,8 +69,9 @@ class DrivenMotion : public TrueMotion {
   };
   Floor floor_;
   std::vector<Carrying> carried_;
-  std::deque<Rigid2> poses_;  // had nobody ever carried it
-  std::int64_t last_ = 0;     // number of the last pose
+  std::deque<Rigid2> poses_;                // had nobody ever carried it
+  std::int64_t last_ = 0;                   // number of the last pose
+  std::deque<std::vector<double>> people_;  // s; the last one is of the last pose
 };
 
 }  // namespace planar_vslam
