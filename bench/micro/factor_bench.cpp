@@ -122,7 +122,7 @@ BENCHMARK(OdometrySe3)->UseManualTime();
 
 void FloorPrior(benchmark::State& state) {
   const PlanarPriorOptions options;
-  const PlanarPriorFactor analytic(options.sigma_height, options.sigma_tilt);
+  const PlanarPriorFactor analytic(FloorSigmasOf(options, true));
   const ceres::AutoDiffCostFunction<PlanarPriorTwin, 3, 7> automatic(
       new PlanarPriorTwin{options.sigma_height, options.sigma_tilt});
   const Vector6d tilted = (Vector6d() << 0.0, 0.0, 0.01, 0.02, -0.01, 0.0).finished();
