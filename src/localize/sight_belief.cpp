@@ -36,7 +36,7 @@ constexpr int kTimes = 3;
 // Chosen by looking at both halls of seed 2: there it was 0.3 to 0.6 of it, and 0.7 to 1.1 at right places.
 constexpr double kOfOneKind = 0.5;
 // From another side than the map's, plain corners are recognised sooner than what is unique: that is found 0.24 to 1.4
-// times as often, at right places of dev_lab_revisit, and 0.07 to 0.17 times at another bench in south_hall of seed 2.
+// times as often, at right places of dev_lab_revisit, and 0.15 to 0.17 times at another bench in south_hall of seed 2.
 constexpr double kHardlyAny = 0.25;
 constexpr double kAlikeShare = 0.2;  // of all landmarks in view, that another bench of the same kind showed there
 constexpr double kRefuted = 3.0;     // log odds: 20 to 1
@@ -250,8 +250,11 @@ bool SightBelief::IsItself(const SightedPlace& best, bool as_mapped) const {
   const double of_one_kind = std::max(kByChance, kOfOneKind * best.agreement.share());
   if (LogOddsOf(by_kind.unique.found, by_kind.unique.visible, of_one_kind) >= kBelieved) return true;
   const AgreementByKind::Count &alike = by_kind.steady_alike, &unique = by_kind.steady_unique;
-  if (!as_mapped)
-    return (unique.found + 0.5) / (unique.visible + 2.0) >= kHardlyAny * (alike.found + 0.5) / (alike.visible + 2.0);
+  if (!as_mapped) {
+    constexpr int kFewestUnique = 3;
+    return unique.found >= kFewestUnique &&
+           (unique.found + 0.5) / (unique.visible + 2.0) >= kHardlyAny * (alike.found + 0.5) / (alike.visible + 2.0);
+  }
   if (best.agreement.share() < kAlikeShare) return false;
   // Where little is unique it cannot tell, and must not contradict.
   const double share = (alike.found + 1.0) / (alike.visible + 4.0);

@@ -11,7 +11,13 @@ constexpr double kFoundThere = 1.0, kMissedThere = 6.0;
 constexpr double kChanceSpread = 40.0;
 constexpr double kChanceFound = 1.0, kChanceLooked = 50.0;  // before anything was looked for
 
-double LogBeta(double a, double b) { return std::lgamma(a) + std::lgamma(b) - std::lgamma(a + b); }
+// std::lgamma writes a global sign.
+double LogGamma(double x) {
+  int sign = 0;
+  return lgamma_r(x, &sign);
+}
+
+double LogBeta(double a, double b) { return LogGamma(a) + LogGamma(b) - LogGamma(a + b); }
 
 // The log of the beta-binomial probability, without the binomial coefficient.
 double LogProbability(const Agreement& seen, double found, double missed) {

@@ -54,7 +54,8 @@ Estimator::Estimator(const EstimatorSettings& settings)
 Estimator::~Estimator() = default;
 
 std::vector<FrameReport> Estimator::Add(CameraFrame frame) {
-  if (input_->watch.Add(frame)) input_->synchronizer.Push(input_->corrector.Correct(std::move(frame)));
+  input_->watch.Add(frame);
+  input_->synchronizer.Push(input_->corrector.Correct(std::move(frame)));
   return Drain();
 }
 

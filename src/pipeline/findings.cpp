@@ -72,6 +72,9 @@ void AddScale(const FindingsInput& in, Found* found) {
 void AddEnds(const FindingsInput& in, Found* found) {
   constexpr double kLeast = 2.0;  // s: drivers do not start at once
   const StreamRhythm& images = in.input.images();
+  if (!in.recorded) return;
+  const auto& clocks = in.motion.time_offset;
+  if (clocks.has_value() && std::abs(clocks->value) > 0.5 * kLeast) return;  // told by that
   const std::pair<const char*, const StreamRhythm*> streams[] = {{"odometry", &in.input.odometry()},
                                                                  {"the laser", &in.input.scans()}};
   for (const auto& [name, stream] : streams) {
@@ -95,8 +98,8 @@ void AddStreams(const FindingsInput& in, Found* found) {
   const double taken = static_cast<double>(in.input.images().intervals.count()) + 1.0;
   if (static_cast<double>(in.input.old_images()) > kOld * taken) {
     found->push_back({Harm::kWorthless, "images",
-                      fmt::format("{} of {:.0f} images are the same as before although the wheels drove on, and not "
-                                  "used: the camera or its driver hangs",
+                      fmt::format("{} of {:.0f} images are the same as before although the wheels drove on: the "
+                                  "camera or its driver hangs",
                                   in.input.old_images(), taken)});
   }
   // In a map that stays as it is the way may lead where that map has not been.

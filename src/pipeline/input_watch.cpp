@@ -87,28 +87,27 @@ bool InputWatch::IsOld(const Content& content, const Same& same, StandStill<Cont
 }
 
 // No two images or sweeps of a real sensor are the same while it moves, but for sweeps that see nothing.
-bool InputWatch::Add(const CameraFrame& frame) {
+void InputWatch::Add(const CameraFrame& frame) {
   constexpr double kDark = 25.0, kBright = 230.0;  // grey levels
   images_.Add(frame.image.stamp);
   if (!T_base_camera_.has_value()) T_base_camera_ = frame.T_base_camera;
-  if (frame.image.image.empty()) return true;
+  if (frame.image.image.empty()) return;
   const std::optional<std::uint64_t> sum = SumOf(*frame.image.image.pixels);
-  if (sum.has_value() && IsOld(*sum, std::equal_to<>(), &image_)) {
-    ++old_images_;
-    return false;
-  }
+  if (sum.has_value() && IsOld(*sum, std::equal_to<>(), &image_)) ++old_images_;
   const double grey = MeanGrey(frame.image.image);
   looked_at_ += 1.0;
   dark_ += grey < kDark ? 1 : 0;
   bright_ += grey > kBright ? 1 : 0;
-  return true;
 }
 
 bool InputWatch::Add(const LaserFrame& frame) {
   scans_.Add(frame.scan.stamp);
+  constexpr std::ptrdiff_t kFewest = 20;  // beams that hit something: a few may well read the same again
   const std::vector<float>& ranges = frame.scan.ranges;
-  const bool sees = std::any_of(ranges.begin(), ranges.end(), [](float range) { return std::isfinite(range); });
-  if (sees && IsOld(ranges, AreSame, &sweep_)) {
+  const auto hits = std::count_if(ranges.begin(), ranges.end(), [&frame](float range) {
+    return std::isfinite(range) && range >= frame.scan.range_min && range < frame.scan.range_max;
+  });
+  if (hits >= kFewest && IsOld(ranges, AreSame, &sweep_)) {
     ++old_sweeps_;
     return false;
   }

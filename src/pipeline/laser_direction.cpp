@@ -66,7 +66,7 @@ std::optional<double> LaserDirection::Turned() const {
   constexpr double kClearly = 0.5;  // of the difference as it should look
   if (pairs_ < kFewest) return std::nullopt;
   const auto best = std::min_element(differences_.begin(), differences_.end());
-  if (*best > kClearly * differences_.front()) return std::nullopt;
+  if (best == differences_.begin() || *best > kClearly * differences_.front()) return std::nullopt;
   return AngleOf(static_cast<std::size_t>(best - differences_.begin()), kDirections);
 }
 

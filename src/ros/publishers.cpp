@@ -212,6 +212,8 @@ std::vector<std::string> FindingsSoFar(const TrackingLoop& loop) {
   const EstimatorReport& report = loop.estimator()->report();
   if (HardlyMapped(report, map.get())) return {};
   FindingsInput input{report, loop.estimator()->input_watch(), map.get(), loop.unused()};
+  input.readout = loop.estimator()->settings().options.image_timing.readout;
+  input.recorded = false;
   return Findings(input);
 }
 

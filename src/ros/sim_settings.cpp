@@ -43,7 +43,7 @@ SimSettings ReadSimSettings(const ros::NodeHandle& node, std::vector<std::string
   reader.Read("world", "a world file, or the name of a shipped world", &choice.world);
   reader.Read("seed", "a whole number", &seed);
   reader.Read("variants", "a list of NAME or NAME=VALUE", &choice.variants);
-  reader.Read("drive", "mapping, repeat, or empty: cmd_vel", &drive);
+  reader.Read("drive", "mapping, repeat, reverse, or empty: cmd_vel", &drive);
   reader.Read("rate", "a number (simulated seconds in a second; 0: as fast as possible)", &settings.rate);
   reader.Read("start_delay", "a number (s)", &settings.start_delay);
   reader.Read("people_wait", "true or false", &options.people_wait);

@@ -176,7 +176,7 @@ TEST(CommandErrors, SimulateNamesWhatItDoesNotKnow) {
   const test::TemporaryFolder folder;
   const std::string out = " --out " + (folder.path() / "drive").string();
   ExpectBadInput("simulate castle" + out, {"castle", "expected a world file"});
-  ExpectBadInput("simulate sample_lab --drive detour" + out, {"detour", "expected mapping or repeat"});
+  ExpectBadInput("simulate sample_lab --drive detour" + out, {"detour", "expected mapping, repeat or reverse"});
   ExpectBadInput("simulate sample_lab --variant fog" + out, {"fog", "expected one of"});
   ExpectBadInput("simulate sample_lab", {"--out"});
 }

@@ -35,6 +35,7 @@ struct FindingsInput {
   bool laser_is_matched = true;   // as the configuration says
   bool starts_by_images = false;  // the same: a map begins without the wheels
   double readout = 0.0;           // s, of an image's rows, as the configuration says
+  bool recorded = true;           // not a robot that runs, whose drivers start one after the other
 };
 
 // Whether there is no map, or one that held so few of the frames that it says nothing.

@@ -29,8 +29,7 @@ struct StreamRhythm {
 
 class InputWatch {
  public:
-  // Whether the image is new: false where it is the same as before to the last bit, although the wheels drove on.
-  bool Add(const CameraFrame& frame);
+  void Add(const CameraFrame& frame);
   void Add(const OdometryReading& reading);
   // Whether the sweep is new: false where it is the same as before to the last bit, although the wheels drove on.
   bool Add(const LaserFrame& frame);
