@@ -251,8 +251,7 @@ bool SightBelief::IsItself(const SightedPlace& best, bool as_mapped) const {
   if (LogOddsOf(by_kind.unique.found, by_kind.unique.visible, of_one_kind) >= kBelieved) return true;
   const AgreementByKind::Count &alike = by_kind.steady_alike, &unique = by_kind.steady_unique;
   if (!as_mapped) {
-    constexpr int kFewestUnique = 3;
-    return unique.found >= kFewestUnique &&
+    return unique.found >= 1.0 &&
            (unique.found + 0.5) / (unique.visible + 2.0) >= kHardlyAny * (alike.found + 0.5) / (alike.visible + 2.0);
   }
   if (best.agreement.share() < kAlikeShare) return false;
