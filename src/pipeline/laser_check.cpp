@@ -28,7 +28,7 @@ std::optional<double> ShiftedDifference(const PlanarScan& first, const PlanarSca
     count += 1.0;
   }
   constexpr double kOverlap = 0.25;
-  if (count < kOverlap * static_cast<double>(second.ranges.size() / every)) return std::nullopt;
+  if (count * static_cast<double>(every) < kOverlap * static_cast<double>(second.ranges.size())) return std::nullopt;
   return sum / count;
 }
 

@@ -1,6 +1,7 @@
 #include "planar_vslam/sim/true_motion.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace planar_vslam {
 namespace {
@@ -46,7 +47,7 @@ void DrivenMotion::AppendPeople(const std::vector<double>& times) {
 double DrivenMotion::PersonTime(std::size_t person, double time) const {
   if (people_.empty()) return time;
   const double back = std::max(0.0, (now() - time) / Drive::kStep);
-  const auto steps = std::min(people_.size() - 1, static_cast<std::size_t>(back + 0.5));
+  const auto steps = std::min(people_.size() - 1, static_cast<std::size_t>(std::lround(back)));
   return people_[people_.size() - 1 - steps].at(person);
 }
 
