@@ -164,8 +164,7 @@ double SightBelief::Enough(const SightedPlace& place) const {
   return kBelieved + 0.5 * *OffExpected(place) + PlacesWithin(expected_->covariance);
 }
 
-// How often the leader has stood out; rivals, or directions that are not clear, may interrupt it while it leads. Where
-// the robot is expected, once is enough.
+// How often the leader has stood out. Where the robot is expected, once is enough.
 void SightBelief::Count() {
   const auto near = std::max_element(places_.begin(), places_.end(), [this](const auto& a, const auto& b) {
     return a.log_odds - Enough(a) < b.log_odds - Enough(b);
@@ -173,15 +172,14 @@ void SightBelief::Count() {
   const auto best =
       near != places_.end() && IsExpected(*near) && near->log_odds >= Enough(*near) ? near : places_.begin();
   const bool stands_out = best != places_.end() && StandsOut(*best);
-  const bool same = best != places_.end() && leader_.has_value() && IsSamePlace(*leader_, best->T_map_base);
+  const bool same = stands_out && leader_.has_value() && IsSamePlace(*leader_, best->T_map_base);
   const bool at_once = stands_out && (IsExpected(*best) || best->agreement.share() >= kAtOnce);
   const bool refuted = stands_out && expected_.has_value() && !at_once;
-  const int before = same && best->log_odds >= Enough(*best) ? stood_out_ : 0;
-  stood_out_ = refuted ? 0 : at_once ? kTimes : stands_out ? std::min(before + 1, kTimes) : before;
+  stood_out_ = !stands_out || refuted ? 0 : at_once ? kTimes : same ? stood_out_ + 1 : 1;
   leader_.reset();
   believed_.reset();
-  if (stood_out_ > 0) leader_ = best->T_map_base;
-  if (!stands_out || stood_out_ < kTimes) return;
+  if (stands_out) leader_ = best->T_map_base;
+  if (stood_out_ < kTimes) return;
   believed_ = *best;
   if (!believed_->with_expected) believed_->covariance /= News();
   news_ = 0;
