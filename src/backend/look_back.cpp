@@ -18,7 +18,7 @@ bool SeesEnough(const Keyframe& keyframe) {
 // Keyframes that images hold off the floor against its prior, three or more in a row: they stand on a ramp that was not
 // noticed. The first keyframe is the map's origin.
 std::vector<KeyframeId> HeldAgainstTheFloor(const Map& map, const PlanarPriorOptions& planar) {
-  constexpr double kLimitSquared = 49.0;  // seven sigmas, as what releases the floor while driving (floor_monitor.h)
+  constexpr double kLimitSquared = 25.0;  // five sigmas; chosen by looking at ramps (ADR 11)
   constexpr std::size_t kInARow = 3;
   std::vector<KeyframeId> ids, row;
   if (!map.metric || planar.mode == PlanarMode::kOff) return ids;

@@ -271,10 +271,9 @@ bool FrameTrack::SaysThatItStands() const {
 }
 
 bool FrameTrack::IsConfirmed() const {
-  constexpr std::size_t kKeyframes = 3;  // one more than it takes to place a landmark
-  constexpr std::size_t kYoungMap = 6;   // where hardly a landmark can have been seen by so many
-  if (found_again_ || map_.keyframes.size() < kYoungMap) return true;
-  return CountObserved(map_, ValidOnly(result_.matches.landmarks), kKeyframes) >= context_.options.min_inliers_odometry;
+  constexpr std::size_t kFewKeyframes = 6;  // where hardly a landmark can have been seen by so many
+  if (found_again_ || map_.keyframes.size() < kFewKeyframes) return true;
+  return CountObserved(map_, ValidOnly(result_.matches.landmarks), kConfirmed) >= context_.options.min_inliers_odometry;
 }
 
 bool FrameTrack::IsSpread() const {

@@ -11,6 +11,9 @@
 
 namespace planar_vslam {
 
+// Keyframes that have seen a landmark which counts as confirmed: one more than it takes to place it.
+inline constexpr std::size_t kConfirmed = 3;
+
 struct PosePrediction {
   Rigid3 T_map_base;
   Matrix6d covariance = Matrix6d::Zero();

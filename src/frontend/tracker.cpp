@@ -11,7 +11,6 @@ namespace planar_vslam {
 namespace {
 
 constexpr std::size_t kWellObserved = 2;  // keyframes
-constexpr std::size_t kConfirmed = 3;     // one more than it takes to place a landmark
 constexpr std::size_t kYoungMap = 30;     // keyframes: the ruler of all that follows, not to be made of few
 
 }  // namespace

@@ -47,8 +47,9 @@ std::optional<Eigen::Vector3d> VelocityAt(const FramePacket& packet) {
 }
 
 FrameFeaturesPtr ImageTiming::Straightened(FrameFeaturesPtr features, const FramePacket& packet) const {
+  if (options_.readout == 0.0) return features;
   const std::optional<Eigen::Vector3d> velocity = VelocityAt(packet);
-  if (options_.readout == 0.0 || !velocity.has_value()) return features;
+  if (!velocity.has_value()) return features;
   const Eigen::Vector3d turn = velocity->z() * UpInCamera(packet.T_base_camera);
   return std::make_shared<const FrameFeatures>(WithoutRolling(*features, camera_, turn, options_.readout));
 }
