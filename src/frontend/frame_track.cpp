@@ -50,7 +50,10 @@ FrameTrack::FrameTrack(const TrackerContext& context, const TrackInput& input, c
       last_(last),
       view_{input.features, input.T_base_camera, context.camera, context.planar, context.pixel_sigma} {
   if (!on_floor || !MapHasFloor(context, map)) view_.planar.mode = PlanarMode::kOff;
-  if (last_ != nullptr) prediction_ = Predict();
+  if (last_ != nullptr) {
+    prediction_ = Predict(last_->T_map_filtered(map_), last_->filtered.covariance);
+    told_ = Predict(last_->T_map_base(map_), last_->covariance);
+  }
   used_ = prediction_;
 }
 
@@ -60,17 +63,16 @@ std::optional<Rigid3> FrameTrack::OdometryStep() const {
 }
 
 PosePrediction FrameTrack::PredictWithoutOdometry() const {
-  const Rigid3 T_map_last = last_->T_map_base(map_);
-  return {last_->velocity.has_value() && last_->tracked ? T_map_last * *last_->velocity : T_map_last, last_->covariance,
-          false};
+  const Rigid3 T_map_last = last_->T_map_filtered(map_);
+  return {last_->velocity.has_value() && last_->tracked ? T_map_last * *last_->velocity : T_map_last,
+          last_->filtered.covariance, false};
 }
 
-PosePrediction FrameTrack::Predict() const {
+PosePrediction FrameTrack::Predict(const Rigid3& T_map_last, const Matrix6d& covariance) const {
   const std::optional<Rigid3> step = OdometryStep();
   if (!step.has_value()) return PredictWithoutOdometry();
-  return Fixed({last_->T_map_base(map_) * *step,
-                Propagate(last_->covariance, *step) + LiftedCovariance(*input_.odometry, context_.odometry_noise),
-                true});
+  return Fixed({T_map_last * *step,
+                Propagate(covariance, *step) + LiftedCovariance(*input_.odometry, context_.odometry_noise), true});
 }
 
 // A Kalman update. Where the wheels slipped, what they missed is part of their covariance first.
@@ -254,6 +256,25 @@ bool FrameTrack::Optimize() {
   return result_.inliers >= (odometry_agrees ? o.min_inliers_odometry : o.min_inliers);
 }
 
+bool FrameTrack::SettleFrom(const OdometryAnchor& anchor, const Rigid3& T_map_ref) {
+  if (!used_.from_odometry || result_.odometry_rejected || !OdometryStep().has_value()) return false;
+  const Stopwatch posing;
+  const PlanarMotion since = Compose(anchor.since, *input_.odometry);
+  const Rigid3 moved = Embed3(since.T_i_j);
+  const Rigid3 T_map_predicted = T_map_ref * anchor.start.T_ref_base * moved;
+  const Matrix6d covariance =
+      Propagate(anchor.start.covariance, moved) + LiftedCovariance(since, context_.odometry_noise);
+  std::vector<PoseObservation> observations = ObservationsOf(map_, view_, result_.matches);
+  PoseOnlyProblem problem = PoseProblem(view_, result_.T_map_base);
+  problem.prior = PosePrior{T_map_predicted, SquareRootInformation(covariance), result_.tilted};
+  const PoseOnlyResult pose = OptimizePose(problem, &observations);
+  AddTime("track.pose", posing);
+  if (IsBeyond(LogSe3(T_map_predicted.Inverse() * pose.T_map_base), covariance, kPlanarRows)) return false;
+  if (IsBeyond(LogSe3(pose.T_map_base.Inverse() * result_.T_map_base), CovarianceOf(pose), kPlanarRows)) return false;
+  settled_ = pose;
+  return true;
+}
+
 bool FrameTrack::ContradictsOdometry() const {
   return prediction_.from_odometry &&
          IsBeyond(LogSe3(prediction_.T_map_base.Inverse() * result_.T_map_base), prediction_.covariance, kPlanarRows);
@@ -264,7 +285,7 @@ bool FrameTrack::SaysThatItStands() const {
   constexpr double kSigmas = 3.0;
   const std::optional<Rigid3> step = OdometryStep();
   if (!step.has_value() || !ContradictsOdometry()) return false;
-  const Rigid3 seen = last_->T_map_base(map_).Inverse() * result_.T_map_base;
+  const Rigid3 seen = last_->T_map_filtered(map_).Inverse() * result_.T_map_base;
   const double turn = LogSe3(prediction_.T_map_base.Inverse() * result_.T_map_base)[5];
   return seen.translation.norm() < kShare * step->translation.norm() &&
          std::abs(turn) < kSigmas * std::sqrt(prediction_.covariance(5, 5));
@@ -306,6 +327,10 @@ bool FrameTrack::IsLookAlike() const {
 
 TrackResult FrameTrack::Found() const {
   TrackResult found = result_;
+  if (settled_.has_value()) {
+    found.T_map_base = settled_->T_map_base;
+    found.covariance = CovarianceOf(*settled_);
+  }
   found.odometry_rejected = found.odometry_rejected || used_.from_odometry != prediction_.from_odometry;
   if (found.odometry_rejected) {
     found.slip = LogSe2(ProjectToPlane(prediction_.T_map_base).Inverse() * ProjectToPlane(found.T_map_base));
@@ -313,11 +338,15 @@ TrackResult FrameTrack::Found() const {
   return found;
 }
 
+PosePrediction FrameTrack::Filtered(bool found) const {
+  return found ? PosePrediction{result_.T_map_base, result_.covariance, false} : prediction_;
+}
+
 TrackResult FrameTrack::Predicted() const {
   TrackResult predicted = result_;
   predicted.status = prediction_.from_odometry ? TrackingState::kOdometry : TrackingState::kLost;
-  predicted.T_map_base = prediction_.T_map_base;
-  predicted.covariance = prediction_.covariance;
+  predicted.T_map_base = told_.T_map_base;
+  predicted.covariance = told_.covariance;
   predicted.matches = FrameMatches{};
   predicted.matches.refused = result_.matches.refused;
   predicted.matches.landmarks.resize(view_.features->keypoints.size());

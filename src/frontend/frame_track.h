@@ -44,6 +44,10 @@ class FrameTrack {
   bool Take(std::optional<Placement> placement);
   // From a first pose: more of the map around it, all adjusted together.
   bool TrackLocalMap();
+  // The pose found, solved once more with odometry since `anchor` for its prior in place of the frame before. False,
+  // and the pose as it was, where odometry had no part in it or contradicts it over that way: wheels that slip a little
+  // in each image stay below what a single one can tell.
+  bool SettleFrom(const OdometryAnchor& anchor, const Rigid3& T_map_ref);
 
   // Farther from the prediction than drift of odometry or map explains: the robot was kidnapped.
   bool IsJump() const;
@@ -58,12 +62,14 @@ class FrameTrack {
   TrackResult Found() const;
   // With the prediction, where nothing was found.
   TrackResult Predicted() const;
+  // What the next frame is predicted from: the pose found before it was settled, or the prediction.
+  PosePrediction Filtered(bool found) const;
   // The pose found, solved once more without the floor, against it. Nothing where no floor takes part in this map.
   std::optional<FloorReading> ReadFloorOf(const TrackResult& found) const;
 
  private:
   PosePrediction PredictWithoutOdometry() const;
-  PosePrediction Predict() const;
+  PosePrediction Predict(const Rigid3& T_map_last, const Matrix6d& covariance) const;
   // With the fix, where there is one.
   PosePrediction Fixed(PosePrediction prediction) const;
   bool SearchLastFrame(const Rigid3& T_map_start);
@@ -89,10 +95,12 @@ class FrameTrack {
   const LastFrame* last_;
   CameraView view_;
   PosePrediction prediction_;
+  PosePrediction told_;       // the prediction from the pose that was told of the last frame
   PosePrediction used_;       // what takes part in the pose
   bool tipped_ = false;       // ...and of it x, y and yaw only
   bool found_again_ = false;  // by a search for the place, which confirms itself
   TrackResult result_;
+  std::optional<PoseOnlyResult> settled_;
   StageTimes times_;
 };
 

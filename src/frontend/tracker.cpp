@@ -20,10 +20,19 @@ Rigid3 LastFrame::ReferencePose(const Map& map) const {
   return keyframe != nullptr ? keyframe->T_map_base : T_map_ref;
 }
 
+void LastFrame::ReferTo(KeyframeId other, const Rigid3& T_map_other, const Rigid3& T_other_reference) {
+  reference = other;
+  T_map_ref = T_map_other;
+  T_ref_base = T_other_reference * T_ref_base;
+  filtered.T_ref_base = T_other_reference * filtered.T_ref_base;
+  if (anchor.has_value()) anchor->start.T_ref_base = T_other_reference * anchor->start.T_ref_base;
+}
+
 void Tracker::Start(const Map& map, KeyframeId keyframe) {
   last_ = LastFrame{};
   last_->T_base_camera = map.keyframes.At(keyframe).T_base_camera;
   last_->tracked = true;
+  last_->since_wanted = PlanarMotion{};
   OnKeyframe(map, keyframe, Rigid3());
 }
 
@@ -40,7 +49,7 @@ void Tracker::StartAt(const Map& map, const Rigid3& T_map_base, const Matrix6d& 
                        [&distance](const auto& a, const auto& b) { return distance(a) < distance(b); });
   Anchor(map, nearest->first, T_map_base);
   last_->T_base_camera = nearest->second.T_base_camera;
-  last_->covariance = covariance;
+  last_->covariance = last_->filtered.covariance = covariance;
   last_->given = true;
 }
 
@@ -52,7 +61,12 @@ void Tracker::OnMapScaled(const Map& map, double scale) {
   if (!last_.has_value()) return;
   const Keyframe* reference = map.keyframes.Find(last_->reference);
   const Rigid3 T_refbase_camera = reference != nullptr ? reference->T_base_camera : last_->T_base_camera;
-  last_->T_ref_base = ScaleCameraMotion(last_->T_ref_base, T_refbase_camera, last_->T_base_camera, scale);
+  const auto scaled = [&](const Rigid3& T_ref_base) {
+    return ScaleCameraMotion(T_ref_base, T_refbase_camera, last_->T_base_camera, scale);
+  };
+  last_->T_ref_base = scaled(last_->T_ref_base);
+  last_->filtered.T_ref_base = scaled(last_->filtered.T_ref_base);
+  last_->anchor.reset();
   last_->T_map_ref = last_->ReferencePose(map);
   last_->velocity.reset();
 }
@@ -60,9 +74,10 @@ void Tracker::OnMapScaled(const Map& map, double scale) {
 void Tracker::OnKeyframe(const Map& map, KeyframeId keyframe, const Rigid3& T_keyframe_last) {
   if (!last_.has_value()) return;
   const Keyframe& k = map.keyframes.At(keyframe);
-  last_->reference = keyframe;
-  last_->T_map_ref = k.T_map_base;
-  last_->T_ref_base = T_keyframe_last;
+  last_->ReferTo(keyframe, k.T_map_base, T_keyframe_last * last_->T_ref_base.Inverse());
+  if (last_->since_wanted.has_value()) last_->anchor = OdometryAnchor{PoseBelief{}, *last_->since_wanted};
+  last_->since_wanted.reset();
+  last_->filtered.T_ref_base = last_->T_ref_base;
   const std::vector<LandmarkId> landmarks = ValidOnly(k.landmarks);
   if (last_->tracked) last_->landmarks = landmarks;
   reference_landmarks_ = CountObserved(map, landmarks, kWellObserved);
@@ -92,9 +107,11 @@ TrackResult Tracker::Track(const TrackInput& input, const Map& map) {
   places_.ForgetSeen();
   FrameTrack frame(context_, input, map, last_.has_value() ? &*last_ : nullptr, floor_.on_floor());
   TrackResult result;
+  bool anchored = localized();
   const auto may_be = [&] { return input.may_jump || (localized() && !frame.IsJump()); };
   if (FindFirstPose(map, &frame) && frame.TrackLocalMap() && !frame.IsLookAlike() && may_be()) {
     places_.Forget();
+    anchored = anchored && last_->anchor.has_value() && frame.SettleFrom(*last_->anchor, last_->ReferencePose(map));
     result = frame.Found();
     if (localized() && last_->given) {  // what was off is the pose that was given, not odometry
       result.odometry_rejected = false;
@@ -116,7 +133,7 @@ TrackResult Tracker::Track(const TrackInput& input, const Map& map) {
     if (reading.has_value()) result.off_floor_since = floor_.Add(*reading);
   }
   result.on_floor = floor_.on_floor();
-  Remember(input, map, &result);
+  Remember(input, map, frame, anchored, &result);
   return result;
 }
 
@@ -146,7 +163,7 @@ void Tracker::Anchor(const Map& map, KeyframeId reference, const Rigid3& T_map_b
   last_ = LastFrame{};
   last_->reference = reference;
   last_->T_map_ref = keyframe.T_map_base;
-  last_->T_ref_base = keyframe.T_map_base.Inverse() * T_map_base;
+  last_->T_ref_base = last_->filtered.T_ref_base = keyframe.T_map_base.Inverse() * T_map_base;
   reference_landmarks_ = CountObserved(map, keyframe.landmarks, kWellObserved);
 }
 
@@ -156,26 +173,46 @@ void Tracker::Adopt(const Map& map, const TrackResult& result) {
   Anchor(map, voted.front(), result.T_map_base);
 }
 
-void Tracker::Remember(const TrackInput& input, const Map& map, TrackResult* result) {
-  const Rigid3 T_map_last = last_->T_map_base(map);
+void Tracker::Remember(const TrackInput& input, const Map& map, const FrameTrack& frame, bool anchored,
+                       TrackResult* result) {
+  const Rigid3 T_map_last = last_->T_map_filtered(map);
   const bool tracked = result->status == TrackingState::kTracking || result->status == TrackingState::kRelocalized;
+  const PosePrediction filtered = frame.Filtered(tracked);
   if (tracked && last_->tracked) {
-    last_->velocity = T_map_last.Inverse() * result->T_map_base;
+    last_->velocity = T_map_last.Inverse() * filtered.T_map_base;
   } else {
     last_->velocity.reset();
   }
-  if (!map.keyframes.Contains(last_->reference)) last_->reference = std::prev(map.keyframes.end())->first;
+  if (!map.keyframes.Contains(last_->reference)) {
+    const auto& [newest, keyframe] = *std::prev(map.keyframes.end());
+    last_->ReferTo(newest, keyframe.T_map_base, keyframe.T_map_base.Inverse() * last_->T_map_ref);
+  }
   last_->T_map_ref = last_->ReferencePose(map);
   last_->T_ref_base = last_->T_map_ref.Inverse() * result->T_map_base;
   last_->T_base_camera = input.T_base_camera;
   last_->covariance = result->covariance;
+  last_->filtered = {last_->T_map_ref.Inverse() * filtered.T_map_base, filtered.covariance};
   if (tracked) last_->landmarks = ValidOnly(result->matches.landmarks);
   last_->tracked = tracked;
   last_->blind_frames = tracked ? 0 : last_->blind_frames + 1;
   last_->given = last_->given && !tracked;
   ++frames_since_keyframe_;
+  RememberOdometry(input, anchored, result->wants_keyframe);
   result->reference = last_->reference;
   result->T_ref_base = last_->T_ref_base;
+}
+
+void Tracker::RememberOdometry(const TrackInput& input, bool anchored, bool wants_keyframe) {
+  if (anchored && input.odometry.has_value()) {
+    if (last_->anchor.has_value()) last_->anchor->since = Compose(last_->anchor->since, *input.odometry);
+    if (last_->since_wanted.has_value()) last_->since_wanted = Compose(*last_->since_wanted, *input.odometry);
+  } else {
+    last_->anchor.reset();
+    last_->since_wanted.reset();
+    const bool starts_here = input.slot != KeyframeSlot::kNone && input.odometry.has_value() && last_->tracked;
+    if (starts_here) last_->anchor = OdometryAnchor{last_->filtered, PlanarMotion{}};
+  }
+  if (wants_keyframe) last_->since_wanted = PlanarMotion{};
 }
 
 }  // namespace planar_vslam

@@ -125,21 +125,44 @@ struct TrackResult {
   StageTimes times;                          // "track.match", "track.pose", "track.place_search"
 };
 
+// A pose of the base and its covariance (of a right perturbation [translation, rotation]).
+struct PoseBelief {
+  Rigid3 T_ref_base;
+  Matrix6d covariance = Matrix6d::Zero();
+};
+
+// Where a way by odometry alone begins, and what odometry measured since: at the last keyframe, or where it was wrong.
+struct OdometryAnchor {
+  PoseBelief start;
+  PlanarMotion since;
+};
+
 // What a frame leaves behind for the next one.
+//
+// The landmarks in view are off by the same in image after image. A filter from frame to frame, in which the pose of
+// each is the prior of the next, counts their errors as new ones every time and comes to believe them. So there are two
+// poses. The one that is told has odometry since the anchor for its prior, and one image. The filtered one is tight:
+// it predicts where landmarks are, and notices in the very image where odometry and view part.
 struct LastFrame {
   KeyframeId reference;
   Rigid3 T_map_ref;  // as last seen, for when the reference has been culled
   Rigid3 T_ref_base;
   Rigid3 T_base_camera;
   Matrix6d covariance = Matrix6d::Zero();
-  std::vector<LandmarkId> landmarks;  // matched ones only
-  std::optional<Rigid3> velocity;     // T_last_base of the frame before: constant-motion model without odometry
-  bool tracked = false;               // the pose is from vision
-  int blind_frames = 0;               // since the last one whose pose was
-  bool given = false;                 // the pose goes back to one that was given, and no view has confirmed it
+  PoseBelief filtered;
+  std::optional<OdometryAnchor> anchor;
+  std::optional<PlanarMotion> since_wanted;  // odometry since the frame that wants to be the next keyframe
+  std::vector<LandmarkId> landmarks;         // matched ones only
+  std::optional<Rigid3> velocity;            // T_last_base of the frame before: constant-motion model without odometry
+  bool tracked = false;                      // the pose is from vision
+  int blind_frames = 0;                      // since the last one whose pose was
+  bool given = false;                        // the pose goes back to one that was given, and no view has confirmed it
 
   Rigid3 ReferencePose(const Map& map) const;
   Rigid3 T_map_base(const Map& map) const { return ReferencePose(map) * T_ref_base; }
+  Rigid3 T_map_filtered(const Map& map) const { return ReferencePose(map) * filtered.T_ref_base; }
+  // All that is relative to the reference is from now on relative to another keyframe.
+  void ReferTo(KeyframeId other, const Rigid3& T_map_other, const Rigid3& T_other_reference);
 };
 
 class FrameTrack;
@@ -176,7 +199,9 @@ class Tracker {
   void Anchor(const Map& map, KeyframeId reference, const Rigid3& T_map_base);
   // The keyframe that sees most of what this frame sees becomes the reference.
   void Adopt(const Map& map, const TrackResult& result);
-  void Remember(const TrackInput& input, const Map& map, TrackResult* result);
+  // `anchored`: odometry still goes back to the anchor.
+  void Remember(const TrackInput& input, const Map& map, const FrameTrack& frame, bool anchored, TrackResult* result);
+  void RememberOdometry(const TrackInput& input, bool anchored, bool wants_keyframe);
 
   TrackerContext context_;
   std::optional<LastFrame> last_;  // since the robot is localized
