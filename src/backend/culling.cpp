@@ -65,9 +65,13 @@ MapEdit CullKeyframes(const Map& map, KeyframeId newest, const MapperOptions& op
     if (id == first || id.value + 1 >= newest.value || (newest_link.has_value() && newest_link->from == id)) continue;
     const Keyframe& keyframe = map.keyframes.At(id);
     if (!IsRedundant(map, id, keyframe, options.redundancy)) continue;
-    const auto& [anchor, anchor_keyframe] = *map.keyframes.Before(id);
-    culled->push_back({id, anchor, anchor_keyframe.T_map_base.Inverse() * keyframe.T_map_base,
-                       anchor_keyframe.T_base_camera, keyframe.T_base_camera});
+    const auto beside = [&keyframe](const auto& entry) {
+      const Keyframe& other = entry.second;
+      return CulledKeyframe::Neighbor{entry.first, other.T_map_base.Inverse() * keyframe.T_map_base,
+                                      other.T_base_camera};
+    };
+    culled->push_back(
+        {id, beside(*map.keyframes.Before(id)), beside(*map.keyframes.After(id)), keyframe.T_base_camera});
     edit.emplace_back(EraseKeyframe{id});
     break;  // one a keyframe: the next one's redundancy depends on this one being gone
   }

@@ -257,9 +257,12 @@ TEST_F(MapKeyframeTest, CullsARedundantKeyframeAndBridgesItsOdometry) {
   EXPECT_FALSE(outcome.map.keyframes.Contains(culled.id));
   EXPECT_NE(culled.id, KeyframeId{0}) << "the first keyframe defines the map frame";
   EXPECT_NE(culled.id, outcome.report.keyframe);
-  ASSERT_TRUE(outcome.map.keyframes.Contains(culled.anchor));
-  const Rigid3 T_map_culled = outcome.map.keyframes.At(culled.anchor).T_map_base * culled.T_anchor_culled;
-  EXPECT_LT((T_map_culled.translation - world_.true_poses[culled.id.value].translation).norm(), 0.01);
+  EXPECT_EQ(culled.before.id, KeyframeId{culled.id.value - 1});
+  EXPECT_EQ(culled.after.id, KeyframeId{culled.id.value + 1});
+  for (const CulledKeyframe::Neighbor& beside : {culled.before, culled.after}) {
+    const Rigid3 T_map_culled = outcome.map.keyframes.At(beside.id).T_map_base * beside.T_neighbor_culled;
+    EXPECT_LT((T_map_culled.translation - world_.true_poses[culled.id.value].translation).norm(), 0.01);
+  }
   const Keyframe& later = outcome.map.keyframes.At(KeyframeId{culled.id.value + 1});
   ASSERT_TRUE(later.odometry_link.has_value());
   EXPECT_EQ(later.odometry_link->from, KeyframeId{culled.id.value - 1});

@@ -63,9 +63,8 @@ TEST_F(SweepCollectorTest, SweepsGoToTheKeyframeOfTheirFrame) {
 TEST_F(SweepCollectorTest, SweepsFollowAFrameWhoseKeyframeIsCulled) {
   AddFrame(0.1);
   const Keyframe &anchor = map_.keyframes.At(KeyframeId{1}), &culled = map_.keyframes.At(KeyframeId{2});
-  const Rigid3 T_anchor_culled = anchor.T_map_base.Inverse() * culled.T_map_base;
   const Rigid2 expected = ProjectToPlane(culled.T_map_base) * Rigid2(0.11, 0.0, 0.0);
-  trajectory_.OnCulled({{KeyframeId{2}, KeyframeId{1}, T_anchor_culled, anchor.T_base_camera, culled.T_base_camera}});
+  trajectory_.OnCulled({test::Culled(map_, KeyframeId{2})});
   const std::vector<AddSweeps> edits = collector_.Take(Apply(map_, {EraseKeyframe{KeyframeId{2}}}), trajectory_, true);
   ASSERT_EQ(edits.size(), 1U);
   EXPECT_EQ(edits[0].keyframe, KeyframeId{1});

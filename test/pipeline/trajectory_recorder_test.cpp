@@ -30,10 +30,8 @@ class TrajectoryRecorderTest : public ::testing::Test {
   }
   // Culls a keyframe from the map as the back end does, and tells the recorder.
   void Cull(KeyframeId id) {
-    const KeyframeId anchor{id.value - 1};
-    const Rigid3 T_anchor_culled = map_.keyframes.At(anchor).T_map_base.Inverse() * map_.keyframes.At(id).T_map_base;
+    recorder_.OnCulled({test::Culled(map_, id)});
     map_ = Apply(std::move(map_), {EraseKeyframe{id}});
-    recorder_.OnCulled({{id, anchor, T_anchor_culled, world_.T_base_camera, world_.T_base_camera}});
   }
   // The map scaled as scale recovery does, and where the recorded bases then are: camera centres scale, extrinsics do
   // not.
@@ -85,6 +83,40 @@ TEST_F(TrajectoryRecorderTest, AnchorsMayBeCulledInTurn) {
   ExpectPoses(truth_, 1e-9);
 }
 
+TEST_F(TrajectoryRecorderTest, FramesBetweenTwoKeyframesShareWhatTheirsBecameOff) {
+  TrajectoryRecorder recorder;
+  const Rigid3 T_before_after =
+      map_.keyframes.At(KeyframeId{2}).T_map_base.Inverse() * map_.keyframes.At(KeyframeId{3}).T_map_base;
+  for (const double share : {0.0, 0.25, 0.5, 1.0}) {
+    recorder.Add(
+        {Timestamp::FromSeconds(share), KeyframeId{2}, ExpSe3(share * LogSe3(T_before_after)), world_.T_base_camera});
+  }
+  recorder.Reanchor(Timestamp::FromSeconds(1.0), KeyframeId{3});
+  std::vector<Rigid3> expected;
+  for (const auto& [stamp, pose] : recorder.Poses(map_)) expected.push_back(pose);
+  const Eigen::Vector3d off(0.0, 0.04, 0.0);
+  const Keyframe& after = map_.keyframes.At(KeyframeId{3});
+  map_ = Apply(std::move(map_),
+               {SetKeyframePose{KeyframeId{3}, after.T_map_base * Rigid3(Eigen::Quaterniond::Identity(), off)}});
+  const auto poses = recorder.Poses(map_);
+  for (const auto& [i, share] : {std::pair(0, 0.0), {1, 0.25}, {2, 0.5}, {3, 1.0}}) {
+    const auto at = static_cast<std::size_t>(i);
+    EXPECT_NEAR((expected[at].Inverse() * poses[at].second).translation.y(), share * off.y(), 1e-3) << share;
+  }
+}
+
+TEST_F(TrajectoryRecorderTest, SoDoCulledKeyframes) {
+  Cull(KeyframeId{3});
+  const auto before = recorder_.Poses(map_);
+  const Eigen::Vector3d off(0.0, 0.04, 0.0);
+  const Keyframe& after = map_.keyframes.At(KeyframeId{4});
+  map_ = Apply(std::move(map_),
+               {SetKeyframePose{KeyframeId{4}, after.T_map_base * Rigid3(Eigen::Quaterniond::Identity(), off)}});
+  const std::size_t at_culled = 15;  // 0.76 m
+  const Rigid3 moved = before[at_culled].second.Inverse() * recorder_.Poses(map_)[at_culled].second;
+  EXPECT_NEAR(moved.translation.y(), 0.5 * off.y(), 2e-3);
+}
+
 TEST_F(TrajectoryRecorderTest, ScalesWithTheMap) { ExpectPoses(Scale(2.5), 1e-9); }
 
 TEST_F(TrajectoryRecorderTest, ScalesFramesOfCulledKeyframesToo) {
@@ -96,8 +128,9 @@ TEST_F(TrajectoryRecorderTest, ScalesFramesOfCulledKeyframesToo) {
 TEST_F(TrajectoryRecorderTest, TheFrameThatBecameAKeyframeFollowsIt) {
   const KeyframeId last{map_.next_keyframe_id - 1};
   const Timestamp stamp = Timestamp::FromSeconds(3.4);  // the last frame recorded
+  map_ = Apply(std::move(map_), {SetKeyframePose{last, truth_.back()}});
   recorder_.Reanchor(stamp, last);
-  truth_.back() = map_.keyframes.At(last).T_map_base;
+  EXPECT_EQ(recorder_.Anchor(map_, truth_.size() - 1)->first, last);
   ExpectPoses(truth_, 1e-9);
 }
 

@@ -146,6 +146,15 @@ PlanarMotion ExactOdometry(const SyntheticWorld& world, const Rigid3& T_map_i, c
   return Preintegrate({{start, Rigid2()}, {end, ProjectToPlane(T_map_i.Inverse() * T_map_j)}}, world.odometry_noise);
 }
 
+CulledKeyframe Culled(const Map& map, KeyframeId id) {
+  const Keyframe& culled = map.keyframes.At(id);
+  const auto beside = [&culled](const auto& entry) {
+    return CulledKeyframe::Neighbor{entry.first, entry.second.T_map_base.Inverse() * culled.T_map_base,
+                                    entry.second.T_base_camera};
+  };
+  return {id, beside(*map.keyframes.Before(id)), beside(*map.keyframes.After(id)), culled.T_base_camera};
+}
+
 Map Perturbed(const SyntheticWorld& world, double position_sigma, double angle_sigma, double point_sigma,
               std::uint32_t seed) {
   std::mt19937_64 generator(seed);

@@ -4,6 +4,7 @@
 #include <random>
 #include <vector>
 
+#include "planar_vslam/backend/map_keyframe.h"
 #include "planar_vslam/map/map.h"
 #include "planar_vslam/map/map_edit.h"
 #include "planar_vslam/optimize/bundle_adjustment.h"
@@ -41,6 +42,9 @@ struct SyntheticView {
   std::vector<LandmarkId> landmarks;  // per keypoint
 };
 SyntheticView Observe(const SyntheticWorld& world, const Rigid3& T_map_camera, double pixel_noise, std::uint32_t seed);
+
+// What the back end tells of a keyframe of the map that it culls.
+CulledKeyframe Culled(const Map& map, KeyframeId id);
 
 // Wheel odometry that measured the way between two base poses without error.
 PlanarMotion ExactOdometry(const SyntheticWorld& world, const Rigid3& T_map_i, const Rigid3& T_map_j);

@@ -88,12 +88,17 @@ struct KeyframeProposal {
   KeyframeId session_begin{0};  // the first keyframe of this session, or the id it gets
 };
 
-// Where a culled keyframe was, relative to one that remains: trajectories are re-anchored with it.
+// Where a culled keyframe was, relative to those of before and after it that remained: trajectories hang on them. Of
+// extrinsics: a rescaled map scales camera motion only.
 struct CulledKeyframe {
+  struct Neighbor {
+    KeyframeId id;
+    Rigid3 T_neighbor_culled;  // bases
+    Rigid3 T_base_camera;
+  };
   KeyframeId id;
-  KeyframeId anchor;
-  Rigid3 T_anchor_culled;                   // bases
-  Rigid3 T_anchor_camera, T_culled_camera;  // their extrinsics: a rescaled map scales camera motion only
+  Neighbor before, after;
+  Rigid3 T_base_camera;
 };
 
 struct MappingReport {

@@ -97,6 +97,12 @@ class IdMap {
   }
   // The entry with the next smaller id, or none. `id` itself need not be there.
   const Entry* Before(IdType id) const { return LastBelow(id.value); }
+  // The entry with the next larger id than that of one that is there, or none.
+  const Entry* After(IdType id) const {
+    PV_CHECK(Contains(id), "id=" << id.value);
+    const std::size_t next = IndexOf(id) + 1;
+    return next < size_ ? &EntryAt(next) : nullptr;
+  }
 
   // `id` must be new. The value to write to.
   Value& Insert(IdType id, Value value) {

@@ -1,5 +1,10 @@
 #pragma once
-// The pose of every frame relative to a keyframe, so that the whole trajectory follows the keyframes when they move.
+// The pose of every frame relative to the keyframe before it and, once there is one, to the keyframe after it, so that
+// the whole trajectory follows the keyframes when they move. Where the two then disagree, as they do after each
+// adjustment, the frame moves with the nearer one more:
+//   T_map_frame = A Exp(d_b / (d_b + d_a) Log(A^-1 B)),  A = T_map_before T_before_frame,  B = T_map_after
+//   T_after_frame
+// with d_b and d_a the ways to the keyframes: metres, and turns as those of a point half a metre away.
 #include <cstddef>
 #include <map>
 #include <optional>
@@ -12,11 +17,16 @@
 namespace planar_vslam {
 
 struct RecordedFrame {
+  struct Next {
+    KeyframeId keyframe;
+    Rigid3 T_keyframe_base;
+  };
   Timestamp stamp;
   KeyframeId reference;
   Rigid3 T_ref_base;
   Rigid3 T_base_camera;
   bool on_odometry = false;  // no view told its pose
+  std::optional<Next> next{};
 };
 
 class TrajectoryRecorder {
@@ -25,8 +35,9 @@ class TrajectoryRecorder {
   explicit TrajectoryRecorder(std::size_t capacity = 0) : capacity_(capacity) {}
 
   void Add(const RecordedFrame& frame);
-  // The last frame with this stamp became a keyframe. If it stood on odometry alone, so did frames right before it, and
-  // they hang on it from now on: when the robot was kidnapped, that was before them.
+  // The last frame with this stamp became a keyframe: frames since the one before have it for their next. If it stood
+  // on odometry alone, so did frames right before it, and they hang on it from now on: when the robot was kidnapped,
+  // that was before them.
   void Reanchor(Timestamp stamp, KeyframeId keyframe);
   void OnCulled(const std::vector<CulledKeyframe>& culled);
   // The map was scaled: camera motion relative to the reference keyframes scales, extrinsics do not.
@@ -43,7 +54,11 @@ class TrajectoryRecorder {
   std::size_t size() const { return forgotten_ + frames_.size(); }
 
  private:
-  std::pair<KeyframeId, Rigid3> AnchorOf(const Map& map, const RecordedFrame& frame) const;
+  using KeyframePoses = std::map<KeyframeId, Rigid3>;  // T_map_base of culled keyframes
+  Rigid3 PoseOfKeyframe(const Map& map, KeyframeId id, KeyframePoses* culled) const;
+  Rigid3 PoseOf(const Map& map, const RecordedFrame& frame, KeyframePoses* culled) const;
+  Rigid3 CameraOf(const Map& map, KeyframeId id) const;  // T_base_camera
+  void KeepNeeded(KeyframeId id, std::map<KeyframeId, CulledKeyframe>* needed) const;
   void ForgetOldest();
 
   std::size_t capacity_;
