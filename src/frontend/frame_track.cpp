@@ -51,8 +51,8 @@ FrameTrack::FrameTrack(const TrackerContext& context, const TrackInput& input, c
       view_{input.features, input.T_base_camera, context.camera, context.planar, context.pixel_sigma} {
   if (!on_floor || !MapHasFloor(context, map)) view_.planar.mode = PlanarMode::kOff;
   if (last_ != nullptr) {
-    prediction_ = Predict(last_->T_map_filtered(map_), last_->filtered.covariance);
-    told_ = Predict(last_->T_map_base(map_), last_->covariance);
+    prediction_ = Predict(last_->filtered_covariance);
+    told_ = Predict(last_->covariance);
   }
   used_ = prediction_;
 }
@@ -63,15 +63,15 @@ std::optional<Rigid3> FrameTrack::OdometryStep() const {
 }
 
 PosePrediction FrameTrack::PredictWithoutOdometry() const {
-  const Rigid3 T_map_last = last_->T_map_filtered(map_);
+  const Rigid3 T_map_last = last_->T_map_base(map_);
   return {last_->velocity.has_value() && last_->tracked ? T_map_last * *last_->velocity : T_map_last,
-          last_->filtered.covariance, false};
+          last_->filtered_covariance, false};
 }
 
-PosePrediction FrameTrack::Predict(const Rigid3& T_map_last, const Matrix6d& covariance) const {
+PosePrediction FrameTrack::Predict(const Matrix6d& covariance) const {
   const std::optional<Rigid3> step = OdometryStep();
   if (!step.has_value()) return PredictWithoutOdometry();
-  return Fixed({T_map_last * *step,
+  return Fixed({last_->T_map_base(map_) * *step,
                 Propagate(covariance, *step) + LiftedCovariance(*input_.odometry, context_.odometry_noise), true});
 }
 
@@ -285,7 +285,7 @@ bool FrameTrack::SaysThatItStands() const {
   constexpr double kSigmas = 3.0;
   const std::optional<Rigid3> step = OdometryStep();
   if (!step.has_value() || !ContradictsOdometry()) return false;
-  const Rigid3 seen = last_->T_map_filtered(map_).Inverse() * result_.T_map_base;
+  const Rigid3 seen = last_->T_map_base(map_).Inverse() * result_.T_map_base;
   const double turn = LogSe3(prediction_.T_map_base.Inverse() * result_.T_map_base)[5];
   return seen.translation.norm() < kShare * step->translation.norm() &&
          std::abs(turn) < kSigmas * std::sqrt(prediction_.covariance(5, 5));
@@ -338,8 +338,8 @@ TrackResult FrameTrack::Found() const {
   return found;
 }
 
-PosePrediction FrameTrack::Filtered(bool found) const {
-  return found ? PosePrediction{result_.T_map_base, result_.covariance, false} : prediction_;
+const Matrix6d& FrameTrack::FilteredCovariance(bool found) const {
+  return found ? result_.covariance : prediction_.covariance;
 }
 
 TrackResult FrameTrack::Predicted() const {

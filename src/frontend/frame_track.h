@@ -62,14 +62,14 @@ class FrameTrack {
   TrackResult Found() const;
   // With the prediction, where nothing was found.
   TrackResult Predicted() const;
-  // What the next frame is predicted from: the pose found before it was settled, or the prediction.
-  PosePrediction Filtered(bool found) const;
+  // That of the pose found before it was settled, or of the prediction.
+  const Matrix6d& FilteredCovariance(bool found) const;
   // The pose found, solved once more without the floor, against it. Nothing where no floor takes part in this map.
   std::optional<FloorReading> ReadFloorOf(const TrackResult& found) const;
 
  private:
   PosePrediction PredictWithoutOdometry() const;
-  PosePrediction Predict(const Rigid3& T_map_last, const Matrix6d& covariance) const;
+  PosePrediction Predict(const Matrix6d& covariance) const;
   // With the fix, where there is one.
   PosePrediction Fixed(PosePrediction prediction) const;
   bool SearchLastFrame(const Rigid3& T_map_start);
@@ -95,7 +95,7 @@ class FrameTrack {
   const LastFrame* last_;
   CameraView view_;
   PosePrediction prediction_;
-  PosePrediction told_;       // the prediction from the pose that was told of the last frame
+  PosePrediction told_;       // the prediction with the covariance that was told of the last frame
   PosePrediction used_;       // what takes part in the pose
   bool tipped_ = false;       // ...and of it x, y and yaw only
   bool found_again_ = false;  // by a search for the place, which confirms itself

@@ -24,7 +24,6 @@ void LastFrame::ReferTo(KeyframeId other, const Rigid3& T_map_other, const Rigid
   reference = other;
   T_map_ref = T_map_other;
   T_ref_base = T_other_reference * T_ref_base;
-  filtered.T_ref_base = T_other_reference * filtered.T_ref_base;
   if (anchor.has_value()) anchor->start.T_ref_base = T_other_reference * anchor->start.T_ref_base;
 }
 
@@ -49,7 +48,7 @@ void Tracker::StartAt(const Map& map, const Rigid3& T_map_base, const Matrix6d& 
                        [&distance](const auto& a, const auto& b) { return distance(a) < distance(b); });
   Anchor(map, nearest->first, T_map_base);
   last_->T_base_camera = nearest->second.T_base_camera;
-  last_->covariance = last_->filtered.covariance = covariance;
+  last_->covariance = last_->filtered_covariance = covariance;
   last_->given = true;
 }
 
@@ -61,11 +60,7 @@ void Tracker::OnMapScaled(const Map& map, double scale) {
   if (!last_.has_value()) return;
   const Keyframe* reference = map.keyframes.Find(last_->reference);
   const Rigid3 T_refbase_camera = reference != nullptr ? reference->T_base_camera : last_->T_base_camera;
-  const auto scaled = [&](const Rigid3& T_ref_base) {
-    return ScaleCameraMotion(T_ref_base, T_refbase_camera, last_->T_base_camera, scale);
-  };
-  last_->T_ref_base = scaled(last_->T_ref_base);
-  last_->filtered.T_ref_base = scaled(last_->filtered.T_ref_base);
+  last_->T_ref_base = ScaleCameraMotion(last_->T_ref_base, T_refbase_camera, last_->T_base_camera, scale);
   last_->anchor.reset();
   last_->T_map_ref = last_->ReferencePose(map);
   last_->velocity.reset();
@@ -77,7 +72,6 @@ void Tracker::OnKeyframe(const Map& map, KeyframeId keyframe, const Rigid3& T_ke
   last_->ReferTo(keyframe, k.T_map_base, T_keyframe_last * last_->T_ref_base.Inverse());
   if (last_->since_wanted.has_value()) last_->anchor = OdometryAnchor{PoseBelief{}, *last_->since_wanted};
   last_->since_wanted.reset();
-  last_->filtered.T_ref_base = last_->T_ref_base;
   const std::vector<LandmarkId> landmarks = ValidOnly(k.landmarks);
   if (last_->tracked) last_->landmarks = landmarks;
   reference_landmarks_ = CountObserved(map, landmarks, kWellObserved);
@@ -163,7 +157,7 @@ void Tracker::Anchor(const Map& map, KeyframeId reference, const Rigid3& T_map_b
   last_ = LastFrame{};
   last_->reference = reference;
   last_->T_map_ref = keyframe.T_map_base;
-  last_->T_ref_base = last_->filtered.T_ref_base = keyframe.T_map_base.Inverse() * T_map_base;
+  last_->T_ref_base = keyframe.T_map_base.Inverse() * T_map_base;
   reference_landmarks_ = CountObserved(map, keyframe.landmarks, kWellObserved);
 }
 
@@ -175,11 +169,10 @@ void Tracker::Adopt(const Map& map, const TrackResult& result) {
 
 void Tracker::Remember(const TrackInput& input, const Map& map, const FrameTrack& frame, bool anchored,
                        TrackResult* result) {
-  const Rigid3 T_map_last = last_->T_map_filtered(map);
+  const Rigid3 T_map_last = last_->T_map_base(map);
   const bool tracked = result->status == TrackingState::kTracking || result->status == TrackingState::kRelocalized;
-  const PosePrediction filtered = frame.Filtered(tracked);
   if (tracked && last_->tracked) {
-    last_->velocity = T_map_last.Inverse() * filtered.T_map_base;
+    last_->velocity = T_map_last.Inverse() * result->T_map_base;
   } else {
     last_->velocity.reset();
   }
@@ -191,7 +184,7 @@ void Tracker::Remember(const TrackInput& input, const Map& map, const FrameTrack
   last_->T_ref_base = last_->T_map_ref.Inverse() * result->T_map_base;
   last_->T_base_camera = input.T_base_camera;
   last_->covariance = result->covariance;
-  last_->filtered = {last_->T_map_ref.Inverse() * filtered.T_map_base, filtered.covariance};
+  last_->filtered_covariance = frame.FilteredCovariance(tracked);
   if (tracked) last_->landmarks = ValidOnly(result->matches.landmarks);
   last_->tracked = tracked;
   last_->blind_frames = tracked ? 0 : last_->blind_frames + 1;
@@ -210,7 +203,7 @@ void Tracker::RememberOdometry(const TrackInput& input, bool anchored, bool want
     last_->anchor.reset();
     last_->since_wanted.reset();
     const bool starts_here = input.slot != KeyframeSlot::kNone && input.odometry.has_value() && last_->tracked;
-    if (starts_here) last_->anchor = OdometryAnchor{last_->filtered, PlanarMotion{}};
+    if (starts_here) last_->anchor = OdometryAnchor{{last_->T_ref_base, last_->covariance}, PlanarMotion{}};
   }
   if (wants_keyframe) last_->since_wanted = PlanarMotion{};
 }

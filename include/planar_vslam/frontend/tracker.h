@@ -140,16 +140,16 @@ struct OdometryAnchor {
 // What a frame leaves behind for the next one.
 //
 // The landmarks in view are off by the same in image after image. A filter from frame to frame, in which the pose of
-// each is the prior of the next, counts their errors as new ones every time and comes to believe them. So there are two
-// poses. The one that is told has odometry since the anchor for its prior, and one image. The filtered one is tight:
-// it predicts where landmarks are, and notices in the very image where odometry and view part.
+// each is the prior of the next, counts their errors as new ones every time and comes to believe them. So the pose has
+// odometry since the anchor for its prior, and one image. The covariance that such a filter would have is kept beside
+// it: it is tight, and tells in the very image where odometry and view part.
 struct LastFrame {
   KeyframeId reference;
   Rigid3 T_map_ref;  // as last seen, for when the reference has been culled
   Rigid3 T_ref_base;
   Rigid3 T_base_camera;
   Matrix6d covariance = Matrix6d::Zero();
-  PoseBelief filtered;
+  Matrix6d filtered_covariance = Matrix6d::Zero();
   std::optional<OdometryAnchor> anchor;
   std::optional<PlanarMotion> since_wanted;  // odometry since the frame that wants to be the next keyframe
   std::vector<LandmarkId> landmarks;         // matched ones only
@@ -160,7 +160,6 @@ struct LastFrame {
 
   Rigid3 ReferencePose(const Map& map) const;
   Rigid3 T_map_base(const Map& map) const { return ReferencePose(map) * T_ref_base; }
-  Rigid3 T_map_filtered(const Map& map) const { return ReferencePose(map) * filtered.T_ref_base; }
   // All that is relative to the reference is from now on relative to another keyframe.
   void ReferTo(KeyframeId other, const Rigid3& T_map_other, const Rigid3& T_other_reference);
 };
