@@ -28,6 +28,17 @@ bool IsBeyond(const Vector6d& difference, const Matrix6d& covariance, const std:
   return part.dot(P.ldlt().solve(part)) > kChi2ThreeDof999;
 }
 
+// Whether what is seen of a motion is less than half of the way that the wheels tell, at the same turn. Two views that
+// look alike, or that are too near each other, make landmarks much nearer than what they show: these agree with each
+// other about it.
+bool FallsShort(const Rigid3& seen, const Rigid3& measured, const Matrix6d& covariance) {
+  constexpr double kShare = 0.5;
+  constexpr double kSigmas = 3.0;
+  const double turn = LogSe3(measured.Inverse() * seen)[5];
+  return seen.translation.norm() < kShare * measured.translation.norm() &&
+         std::abs(turn) < kSigmas * std::sqrt(covariance(5, 5));
+}
+
 bool MapHasFloor(const TrackerContext& context, const Map& map) {
   return map.metric && context.planar.mode != PlanarMode::kOff;
 }
@@ -256,8 +267,8 @@ bool FrameTrack::Optimize() {
   return result_.inliers >= (odometry_agrees ? o.min_inliers_odometry : o.min_inliers);
 }
 
-bool FrameTrack::SettleFrom(const OdometryAnchor& anchor, const Rigid3& T_map_ref) {
-  if (!used_.from_odometry || result_.odometry_rejected || !OdometryStep().has_value()) return false;
+FrameTrack::Settled FrameTrack::SettleFrom(const OdometryAnchor& anchor, const Rigid3& T_map_ref) {
+  if (!used_.from_odometry || result_.odometry_rejected || !OdometryStep().has_value()) return Settled::kByItself;
   const Stopwatch posing;
   const PlanarMotion since = Compose(anchor.since, *input_.odometry);
   const Rigid3 moved = Embed3(since.T_i_j);
@@ -269,10 +280,14 @@ bool FrameTrack::SettleFrom(const OdometryAnchor& anchor, const Rigid3& T_map_re
   problem.prior = PosePrior{T_map_predicted, SquareRootInformation(covariance), result_.tilted};
   const PoseOnlyResult pose = OptimizePose(problem, &observations);
   AddTime("track.pose", posing);
-  if (IsBeyond(LogSe3(T_map_predicted.Inverse() * pose.T_map_base), covariance, kPlanarRows)) return false;
-  if (IsBeyond(LogSe3(pose.T_map_base.Inverse() * result_.T_map_base), CovarianceOf(pose), kPlanarRows)) return false;
+  const Rigid3& T_map_seen = result_.T_map_base;
+  if (IsBeyond(LogSe3(T_map_predicted.Inverse() * pose.T_map_base), covariance, kPlanarRows) ||
+      IsBeyond(LogSe3(pose.T_map_base.Inverse() * T_map_seen), CovarianceOf(pose), kPlanarRows)) {
+    const Rigid3 T_start_seen = (T_map_ref * anchor.start.T_ref_base).Inverse() * T_map_seen;
+    return FallsShort(T_start_seen, moved, covariance) && !IsConfirmed() ? Settled::kDoubtful : Settled::kByItself;
+  }
   settled_ = pose;
-  return true;
+  return Settled::kFromAnchor;
 }
 
 bool FrameTrack::ContradictsOdometry() const {
@@ -281,20 +296,22 @@ bool FrameTrack::ContradictsOdometry() const {
 }
 
 bool FrameTrack::SaysThatItStands() const {
-  constexpr double kShare = 0.5;  // of the wheels' way
-  constexpr double kSigmas = 3.0;
   const std::optional<Rigid3> step = OdometryStep();
-  if (!step.has_value() || !ContradictsOdometry()) return false;
-  const Rigid3 seen = last_->T_map_base(map_).Inverse() * result_.T_map_base;
-  const double turn = LogSe3(prediction_.T_map_base.Inverse() * result_.T_map_base)[5];
-  return seen.translation.norm() < kShare * step->translation.norm() &&
-         std::abs(turn) < kSigmas * std::sqrt(prediction_.covariance(5, 5));
+  return step.has_value() && ContradictsOdometry() &&
+         FallsShort(last_->T_map_base(map_).Inverse() * result_.T_map_base, *step, prediction_.covariance);
 }
 
 bool FrameTrack::IsConfirmed() const {
   constexpr std::size_t kFewKeyframes = 6;  // where hardly a landmark can have been seen by so many
   if (found_again_ || map_.keyframes.size() < kFewKeyframes) return true;
-  return CountObserved(map_, ValidOnly(result_.matches.landmarks), kConfirmed) >= context_.options.min_inliers_odometry;
+  const KeyframeId until = last_->agreement.until();
+  const auto is_confirmed = [&](LandmarkId id) {
+    const std::vector<Observation>& seen = map_.landmarks.At(id).observations;
+    const auto agreed = [until](const Observation& o) { return !(until < o.keyframe); };
+    return std::count_if(seen.begin(), seen.end(), agreed) >= static_cast<std::ptrdiff_t>(kConfirmed);
+  };
+  const std::vector<LandmarkId> inliers = ValidOnly(result_.matches.landmarks);
+  return std::count_if(inliers.begin(), inliers.end(), is_confirmed) >= context_.options.min_inliers_odometry;
 }
 
 bool FrameTrack::IsSpread() const {

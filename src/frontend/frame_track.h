@@ -44,10 +44,11 @@ class FrameTrack {
   bool Take(std::optional<Placement> placement);
   // From a first pose: more of the map around it, all adjusted together.
   bool TrackLocalMap();
-  // The pose found, solved once more with odometry since `anchor` for its prior in place of the frame before. False,
-  // and the pose as it was, where odometry had no part in it or contradicts it over that way: wheels that slip a little
-  // in each image stay below what a single one can tell.
-  bool SettleFrom(const OdometryAnchor& anchor, const Rigid3& T_map_ref);
+  // The pose found, solved once more with odometry since `anchor` for its prior in place of the frame before. It stays
+  // as it was where odometry has no part in it or contradicts it over that way: wheels that slip a little in each image
+  // stay below what a single one can tell. So do landmarks that are too near: then the pose is one to doubt.
+  enum class Settled { kFromAnchor, kByItself, kDoubtful };
+  Settled SettleFrom(const OdometryAnchor& anchor, const Rigid3& T_map_ref);
 
   // Farther from the prediction than drift of odometry or map explains: the robot was kidnapped.
   bool IsJump() const;
@@ -83,10 +84,9 @@ class FrameTrack {
   bool ContradictsOdometry() const;
   // Whether well-separated parts of the image speak for the pose so far, and not one thing, which may have been moved.
   bool IsSpread() const;
-  // Whether it is less than half of the way that the wheels tell, at the same turn. Two views that look alike, or that
-  // are too near each other, make landmarks much nearer than what they show: these agree with each other about it.
+  // Whether the step to it is too short to be believed against the wheels.
   bool SaysThatItStands() const;
-  // Whether landmarks that more than two keyframes have seen speak for the pose so far.
+  // Whether landmarks speak for the pose so far that more than two keyframes have seen while all agreed.
   bool IsConfirmed() const;
 
   const TrackerContext& context_;

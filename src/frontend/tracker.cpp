@@ -27,11 +27,25 @@ void LastFrame::ReferTo(KeyframeId other, const Rigid3& T_map_other, const Rigid
   if (anchor.has_value()) anchor->start.T_ref_base = T_other_reference * anchor->start.T_ref_base;
 }
 
+void ScaleAgreement::Add(double way, KeyframeId newest) {
+  constexpr double kEnough = 0.15;  // m: half of it is more than ten standard deviations of view and odometry
+  way_ += way;
+  if (way_ < kEnough) return;
+  until_ = std::max(until_, waiting_);
+  Disagree(newest);
+}
+
+void ScaleAgreement::Disagree(KeyframeId newest) {
+  waiting_ = newest;
+  way_ = 0.0;
+}
+
 void Tracker::Start(const Map& map, KeyframeId keyframe) {
   last_ = LastFrame{};
   last_->T_base_camera = map.keyframes.At(keyframe).T_base_camera;
   last_->tracked = true;
   last_->since_wanted = PlanarMotion{};
+  last_->agreement = ScaleAgreement(std::prev(map.keyframes.end())->first);
   OnKeyframe(map, keyframe, Rigid3());
 }
 
@@ -101,11 +115,18 @@ TrackResult Tracker::Track(const TrackInput& input, const Map& map) {
   places_.ForgetSeen();
   FrameTrack frame(context_, input, map, last_.has_value() ? &*last_ : nullptr, floor_.on_floor());
   TrackResult result;
-  bool anchored = localized();
   const auto may_be = [&] { return input.may_jump || (localized() && !frame.IsJump()); };
-  if (FindFirstPose(map, &frame) && frame.TrackLocalMap() && !frame.IsLookAlike() && may_be()) {
+  bool found = FindFirstPose(map, &frame) && frame.TrackLocalMap() && !frame.IsLookAlike() && may_be();
+  bool anchored = localized();
+  if (found && anchored) {
+    using Settled = FrameTrack::Settled;
+    const Settled settled =
+        last_->anchor.has_value() ? frame.SettleFrom(*last_->anchor, last_->ReferencePose(map)) : Settled::kByItself;
+    found = settled != Settled::kDoubtful;
+    anchored = settled != Settled::kByItself;
+  }
+  if (found) {
     places_.Forget();
-    anchored = anchored && last_->anchor.has_value() && frame.SettleFrom(*last_->anchor, last_->ReferencePose(map));
     result = frame.Found();
     if (localized() && last_->given) {  // what was off is the pose that was given, not odometry
       result.odometry_rejected = false;
@@ -156,6 +177,7 @@ void Tracker::Anchor(const Map& map, KeyframeId reference, const Rigid3& T_map_b
   const Keyframe& keyframe = map.keyframes.At(reference);
   last_ = LastFrame{};
   last_->reference = reference;
+  last_->agreement = ScaleAgreement(std::prev(map.keyframes.end())->first);
   last_->T_map_ref = keyframe.T_map_base;
   last_->T_ref_base = keyframe.T_map_base.Inverse() * T_map_base;
   reference_landmarks_ = CountObserved(map, keyframe.landmarks, kWellObserved);
@@ -191,6 +213,12 @@ void Tracker::Remember(const TrackInput& input, const Map& map, const FrameTrack
   last_->given = last_->given && !tracked;
   ++frames_since_keyframe_;
   RememberOdometry(input, anchored, result->wants_keyframe);
+  const KeyframeId newest = std::prev(map.keyframes.end())->first;
+  if (anchored && tracked && input.odometry.has_value()) {
+    last_->agreement.Add(input.odometry->distance, newest);
+  } else {
+    last_->agreement.Disagree(newest);
+  }
   result->reference = last_->reference;
   result->T_ref_base = last_->T_ref_base;
 }

@@ -26,6 +26,9 @@ class TrackerDoubtTest : public ::testing::Test {
     const Map map = SeenBy(world_.map, keyframes);
     Tracker tracker({world_.camera, world_.odometry_noise, {}, TrackerOptions{}, 1.0});
     tracker.Start(map, KeyframeId{0});
+    return TrackAfterSlip(map, slip, &tracker);
+  }
+  TrackResult TrackAfterSlip(const Map& map, const Rigid2& slip, Tracker* tracker) {
     TrackResult result;
     double before = 0.0;
     for (const double at : {0.3, 0.35, 0.4}) {
@@ -36,7 +39,7 @@ class TrackerDoubtTest : public ::testing::Test {
       const Rigid3 claimed = test::SyntheticPose(at) * (at == 0.4 ? Embed3(slip) : Rigid3());
       input.odometry = test::ExactOdometry(world_, test::SyntheticPose(before), claimed);
       before = at;
-      result = tracker.Track(input, map);
+      result = tracker->Track(input, map);
     }
     return result;
   }
@@ -60,6 +63,35 @@ TEST_F(TrackerDoubtTest, ThreeDo) {
   EXPECT_EQ(result.status, TrackingState::kTracking);
   EXPECT_TRUE(result.odometry_rejected);
   EXPECT_LT(OffTruth(result), 0.02);
+}
+
+TEST_F(TrackerDoubtTest, NotThreeThatWerePlacedWithoutTheWheels) {
+  Tracker tracker({world_.camera, world_.odometry_noise, {}, TrackerOptions{}, 1.0});
+  Map map = world_.map;
+  for (const KeyframeId id : world_.map.keyframes.Ids()) {
+    if (id.value > 1) map = Apply(std::move(map), {EraseKeyframe{id}});
+  }
+  tracker.Start(map, KeyframeId{0});
+  const TrackResult result = TrackAfterSlip(world_.map, Rigid2(0.2, 0.0, 0.0), &tracker);
+  EXPECT_EQ(result.status, TrackingState::kOdometry) << "the other six came without a frame that agreed";
+}
+
+TEST(ScaleAgreementTest, ReachesKeyframesThatWereThereBeforeAWayOnWhichAllAgreed) {
+  ScaleAgreement agreement(KeyframeId{3});
+  agreement.Disagree(KeyframeId{4});
+  for (int i = 0; i < 5; ++i) agreement.Add(0.02, KeyframeId{5});
+  EXPECT_EQ(agreement.until(), KeyframeId{3}) << "0.1 m";
+  for (int i = 0; i < 5; ++i) agreement.Add(0.02, KeyframeId{6});
+  EXPECT_EQ(agreement.until(), KeyframeId{4}) << "0.2 m, in which 5 and 6 came";
+}
+
+TEST(ScaleAgreementTest, AWayWithADisputeCountsFromThere) {
+  ScaleAgreement agreement(KeyframeId{3});
+  for (int i = 0; i < 5; ++i) {
+    agreement.Add(0.1, KeyframeId{5});
+    agreement.Disagree(KeyframeId{5});
+  }
+  EXPECT_EQ(agreement.until(), KeyframeId{3});
 }
 
 TEST_F(TrackerDoubtTest, WheelsThatStandOrTurnWhereTheViewMovesAreOverruledByTwo) {

@@ -137,6 +137,21 @@ struct OdometryAnchor {
   PlanarMotion since;
 };
 
+// Up to which keyframe view and odometry agreed on the scale of the map: over a way on which half of it would be
+// noticed. Keyframes that were placed while they did not confirm each other whatever is wrong with them.
+class ScaleAgreement {
+ public:
+  ScaleAgreement() = default;
+  explicit ScaleAgreement(KeyframeId until) : until_(until), waiting_(until) {}
+  KeyframeId until() const { return until_; }
+  void Add(double way, KeyframeId newest);  // m by odometry, of frames that agree
+  void Disagree(KeyframeId newest);
+
+ private:
+  KeyframeId until_{0}, waiting_{0};  // the second becomes the first after enough of the way
+  double way_ = 0.0;
+};
+
 // What a frame leaves behind for the next one.
 //
 // The landmarks in view are off by the same in image after image. A filter from frame to frame, in which the pose of
@@ -151,6 +166,7 @@ struct LastFrame {
   Matrix6d covariance = Matrix6d::Zero();
   Matrix6d filtered_covariance = Matrix6d::Zero();
   std::optional<OdometryAnchor> anchor;
+  ScaleAgreement agreement;
   std::optional<PlanarMotion> since_wanted;  // odometry since the frame that wants to be the next keyframe
   std::vector<LandmarkId> landmarks;         // matched ones only
   std::optional<Rigid3> velocity;            // T_last_base of the frame before: constant-motion model without odometry
