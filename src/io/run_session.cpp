@@ -135,9 +135,9 @@ class Session {
       if (by_sight) seen.push_back({frame.stamp, ProjectToPlane(*frame.T_map_base)});
     }
     MotionAgreement agreement = CompareMotions(seen, wheels_);
-    std::vector<std::pair<Timestamp, double>> headings = estimator_.input_watch().laser().headings();
-    for (auto& [stamp, heading] : headings) stamp = corrector_.Correct(stamp);
-    agreement.laser_time_offset = CompareTurns(headings, wheels_);
+    std::vector<SeenTurn> turns = estimator_.input_watch().laser().turns();
+    for (SeenTurn& turn : turns) turn = {corrector_.Correct(turn.from), corrector_.Correct(turn.to), turn.angle};
+    agreement.laser_time_offset = CompareTurns(turns, wheels_);
     return agreement;
   }
 

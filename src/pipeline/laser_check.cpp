@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 namespace planar_vslam {
 namespace {
@@ -72,7 +71,7 @@ void LaserCheck::Add(const OdometryReading& reading) {
   odometry_.Push(reading);
   if (odometry_.empty()) return;
   while (sweeps_.size() > 1 && sweeps_[1].scan.stamp <= odometry_.last_stamp()) {
-    AddHeading(sweeps_[0], sweeps_[1]);
+    AddTurn(sweeps_[0], sweeps_[1]);
     Compare(sweeps_[0], sweeps_[1]);
     sweeps_.pop_front();
   }
@@ -83,15 +82,13 @@ void LaserCheck::Add(const OdometryReading& reading) {
   }
 }
 
-void LaserCheck::AddHeading(const LaserFrame& first, const LaserFrame& second) {
+void LaserCheck::AddTurn(const LaserFrame& first, const LaserFrame& second) {
   constexpr std::size_t kMost = 1500;
-  if (headings_.size() >= kMost) return;
+  if (turns_.size() >= kMost) return;
   const std::optional<double> turn = TurnOf(first.scan, second.scan);
   if (!turn.has_value()) return;
   const bool hangs = second.T_base_laser.R()(2, 2) < 0.0;  // its axis points down
-  const double before = headings_.empty() ? 0.0 : headings_.back().second;
-  if (headings_.empty() || headings_.back().first != first.scan.stamp) headings_.emplace_back(first.scan.stamp, before);
-  headings_.emplace_back(second.scan.stamp, before + (hangs ? -*turn : *turn));
+  turns_.push_back({first.scan.stamp, second.scan.stamp, hangs ? -*turn : *turn});
 }
 
 void LaserCheck::Compare(const LaserFrame& first, const LaserFrame& second) {

@@ -25,76 +25,86 @@ std::optional<Rigid2> Driven(const OdometryBuffer& wheels, Timestamp from, Times
   return first->Inverse() * *second;
 }
 
+// From each pose to the next.
+std::vector<SeenTurn> TurnsOf(const std::vector<SeenPose>& seen) {
+  std::vector<SeenTurn> turns;
+  for (std::size_t i = 1; i < seen.size(); ++i) {
+    const SeenPose &a = seen[i - 1], &b = seen[i];
+    turns.push_back({a.stamp, b.stamp, WrapAngle(b.T_map_base.angle - a.T_map_base.angle)});
+  }
+  return turns;
+}
+
 struct Turns {
   double gg = 0.0, gr = 0.0, rr = 0.0, ww = 0.0, vv = 0.0, vw = 0.0;  // weighted sums
 };
 
 // Of all steps: by how much the turns differ (r) and how that changes with the offset (g).
-Turns SumTurns(const std::vector<SeenPose>& seen, const OdometryBuffer& wheels, double offset) {
+Turns SumTurns(const std::vector<SeenTurn>& seen, const OdometryBuffer& wheels, double offset) {
   constexpr double kStep = 0.02, kOutlier = 0.01;  // s, rad
   Turns sums;
-  for (std::size_t i = 1; i < seen.size(); ++i) {
-    const SeenPose &a = seen[i - 1], &b = seen[i];
-    if (SecondsBetween(a.stamp, b.stamp) > kLongestStep) continue;
-    const std::optional<Rigid2> here = Driven(wheels, a.stamp, b.stamp, offset);
-    const std::optional<Rigid2> later = Driven(wheels, a.stamp, b.stamp, offset + kStep);
-    const std::optional<Rigid2> sooner = Driven(wheels, a.stamp, b.stamp, offset - kStep);
+  for (const SeenTurn& turn : seen) {
+    if (SecondsBetween(turn.from, turn.to) > kLongestStep) continue;
+    const std::optional<Rigid2> here = Driven(wheels, turn.from, turn.to, offset);
+    const std::optional<Rigid2> later = Driven(wheels, turn.from, turn.to, offset + kStep);
+    const std::optional<Rigid2> sooner = Driven(wheels, turn.from, turn.to, offset - kStep);
     if (!here.has_value() || !later.has_value() || !sooner.has_value()) continue;
-    const double view = WrapAngle(b.T_map_base.angle - a.T_map_base.angle);
-    const double r = WrapAngle(view - here->angle);
+    const double r = WrapAngle(turn.angle - here->angle);
     const double g = WrapAngle(later->angle - sooner->angle) / (2.0 * kStep);
     const double weight = kOutlier / std::max(kOutlier, std::abs(r));
     sums.gg += weight * g * g;
     sums.gr += weight * g * r;
     sums.rr += weight * r * r;
     sums.ww += weight;
-    sums.vv += view * view;
-    sums.vw += view * here->angle;
+    sums.vv += turn.angle * turn.angle;
+    sums.vw += turn.angle * here->angle;
   }
   return sums;
 }
 
 // How much the turns of single steps differ under an offset, in the mean. Nothing where too few steps are covered.
-std::optional<double> TurnDifference(const std::vector<SeenPose>& seen, const OdometryBuffer& wheels, double offset) {
+std::optional<double> TurnDifference(const std::vector<SeenTurn>& seen, const OdometryBuffer& wheels, double offset) {
   constexpr double kMostDifference = 0.1;   // rad, of a step
   constexpr std::size_t kMostSteps = 2000;  // of a long drive, that are looked at
   const std::size_t every = 1 + seen.size() / kMostSteps;
   double sum = 0.0, count = 0.0;
-  for (std::size_t i = 1; i < seen.size(); i += every) {
-    const SeenPose &a = seen[i - 1], &b = seen[i];
-    if (SecondsBetween(a.stamp, b.stamp) > kLongestStep) continue;
-    const std::optional<Rigid2> driven = Driven(wheels, a.stamp, b.stamp, offset);
+  for (std::size_t i = 0; i < seen.size(); i += every) {
+    const SeenTurn& turn = seen[i];
+    if (SecondsBetween(turn.from, turn.to) > kLongestStep) continue;
+    const std::optional<Rigid2> driven = Driven(wheels, turn.from, turn.to, offset);
     if (!driven.has_value()) continue;
-    const double view = WrapAngle(b.T_map_base.angle - a.T_map_base.angle);
-    sum += std::min(kMostDifference, std::abs(WrapAngle(view - driven->angle)));
+    sum += std::min(kMostDifference, std::abs(WrapAngle(turn.angle - driven->angle)));
     count += 1.0;
   }
   if (count < kFewest) return std::nullopt;
   return sum / count;
 }
 
-// The offset around which to look exactly: none, unless the turns are clearly more alike far from it. Turns that
+// The offset around which to look exactly: a small one, unless the turns are clearly more alike far from it. Turns that
 // repeat themselves are alike under several offsets, hence clearly.
-double RoughOffset(const std::vector<SeenPose>& seen, const OdometryBuffer& wheels) {
+double RoughOffset(const std::vector<SeenTurn>& seen, const OdometryBuffer& wheels) {
   constexpr int kSteps = 50;        // to either side ...
   constexpr double kStep = 0.1;     // ... of s, less than turns last
   constexpr double kClearly = 0.5;  // of the difference near no offset
   std::optional<double> near, best;
-  double best_offset = 0.0;
+  double near_offset = 0.0, best_offset = 0.0;
   for (int k = -kSteps; k <= kSteps; ++k) {
     const double offset = kStep * k;
     const std::optional<double> difference = TurnDifference(seen, wheels, offset);
     if (!difference.has_value()) continue;
-    if (std::abs(offset) <= kNearOffset && (!near.has_value() || *difference < *near)) near = difference;
+    if (std::abs(offset) <= kNearOffset + 0.5 * kStep && (!near.has_value() || *difference < *near)) {
+      near = difference;
+      near_offset = offset;
+    }
     if (best.has_value() && *difference >= *best) continue;
     best = difference;
     best_offset = offset;
   }
-  return near.has_value() && *best < kClearly * *near ? best_offset : 0.0;
+  return near.has_value() && *best < kClearly * *near ? best_offset : near_offset;
 }
 
 // The offset under which the wheels' turns are most like the images', by Gauss and Newton.
-std::optional<Deviation> TimeOffset(const std::vector<SeenPose>& seen, const OdometryBuffer& wheels) {
+std::optional<Deviation> TimeOffset(const std::vector<SeenTurn>& seen, const OdometryBuffer& wheels) {
   constexpr int kRounds = 6;
   const double rough = RoughOffset(seen, wheels);
   Deviation offset{rough, 0.0};
@@ -109,7 +119,7 @@ std::optional<Deviation> TimeOffset(const std::vector<SeenPose>& seen, const Odo
   return offset;
 }
 
-std::optional<Deviation> Turn(const std::vector<SeenPose>& seen, const OdometryBuffer& wheels, double offset) {
+std::optional<Deviation> Turn(const std::vector<SeenTurn>& seen, const OdometryBuffer& wheels, double offset) {
   constexpr double kTurned = 0.05;  // rad^2, of all steps
   const Turns sums = SumTurns(seen, wheels, offset);
   if (sums.ww < kFewest || sums.vv < kTurned) return std::nullopt;
@@ -154,18 +164,16 @@ std::optional<Deviation> Direction(const std::vector<SeenPose>& seen, const Odom
 
 MotionAgreement CompareMotions(const std::vector<SeenPose>& seen, const OdometryBuffer& wheels) {
   MotionAgreement agreement;
-  agreement.time_offset = TimeOffset(seen, wheels);
+  const std::vector<SeenTurn> turns = TurnsOf(seen);
+  agreement.time_offset = TimeOffset(turns, wheels);
   const double offset = agreement.time_offset.has_value() ? agreement.time_offset->value : 0.0;
-  agreement.turn = Turn(seen, wheels, offset);
+  agreement.turn = Turn(turns, wheels, offset);
   agreement.direction = Direction(seen, wheels, offset);
   return agreement;
 }
 
-std::optional<Deviation> CompareTurns(const std::vector<std::pair<Timestamp, double>>& headings,
-                                      const OdometryBuffer& wheels) {
-  std::vector<SeenPose> seen;
-  for (const auto& [stamp, heading] : headings) seen.push_back({stamp, Rigid2(0.0, 0.0, WrapAngle(heading))});
-  return TimeOffset(seen, wheels);
+std::optional<Deviation> CompareTurns(const std::vector<SeenTurn>& turns, const OdometryBuffer& wheels) {
+  return TimeOffset(turns, wheels);
 }
 
 }  // namespace planar_vslam

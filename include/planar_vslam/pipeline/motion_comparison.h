@@ -4,7 +4,6 @@
 // the wheels helped to make lean towards them: they show about a third of a wrong yaw, and nine tenths of a clock's
 // offset.
 #include <optional>
-#include <utility>
 #include <vector>
 
 #include "planar_vslam/geometry/rigid2.h"
@@ -18,6 +17,12 @@ struct SeenPose {
   Rigid2 T_map_base;
 };
 
+// How far somebody turned who saw nothing but that.
+struct SeenTurn {
+  Timestamp from, to;
+  double angle = 0.0;  // rad
+};
+
 struct MotionAgreement {
   std::optional<Deviation> time_offset;        // s, odometry's stamps minus the images'; up to 5 s are found
   std::optional<Deviation> laser_time_offset;  // s, odometry's stamps minus the laser's
@@ -29,8 +34,7 @@ struct MotionAgreement {
 // the laser.
 MotionAgreement CompareMotions(const std::vector<SeenPose>& seen, const OdometryBuffer& wheels);
 
-// odometry's stamps minus those of somebody who saw only by how much the robot turned, rad.
-std::optional<Deviation> CompareTurns(const std::vector<std::pair<Timestamp, double>>& headings,
-                                      const OdometryBuffer& wheels);
+// odometry's stamps minus those of the turns, s.
+std::optional<Deviation> CompareTurns(const std::vector<SeenTurn>& turns, const OdometryBuffer& wheels);
 
 }  // namespace planar_vslam
