@@ -137,6 +137,14 @@ void ChooseOdometry(BagSurvey* survey, SkipLog* skipped) {
   }
 }
 
+std::string WhyNoOdometry(const BagTopics& topics, const BagOptions& options) {
+  const std::string alike = topics.like_odometry.empty()
+                                ? std::string(";")
+                                : fmt::format(": {} cannot be read as such;", fmt::join(topics.like_odometry, ", "));
+  return fmt::format("no odometry{} expected a nav_msgs/Odometry topic, or tf '{}' -> '{}'", alike, options.odom_frame,
+                     options.base_frame);
+}
+
 // What a laser leaves out that it should say.
 void NoteScans(BagSurvey* survey) {
   if (survey->index.scans.size() == 0) return;
@@ -186,8 +194,8 @@ Expected<BagSurvey> SurveyBag(const Bags& bags, const std::string& file, const R
     return Error{
         fmt::format("{}: header.frame_id on {} is empty; expected the laser's tf frame", file, survey.topics.scan)};
   }
-  const SensorFrames frames = FramesOf(survey.index, survey.topics, *images, options.bag);
-  Expected<BagTransforms> transforms = ReadTransforms(bags, file, survey.topics, frames, skipped);
+  SensorFrames frames = FramesOf(survey.index, survey.topics, *images, options.bag);
+  Expected<BagTransforms> transforms = ReadTransforms(bags, file, survey.topics, &frames, skipped);
   if (!transforms) return transforms.error();
   survey.transforms = std::move(*transforms);
   RecordingInfo& info = survey.info;
@@ -201,15 +209,10 @@ Expected<BagSurvey> SurveyBag(const Bags& bags, const std::string& file, const R
   info.topics = DescribeTopics(survey);
   info.frames = DescribeFrames(survey.transforms, frames);
   info.notes.insert(info.notes.end(), survey.transforms.notes.begin(), survey.transforms.notes.end());
-  if (!info.has_odometry && !survey.topics.like_odometry.empty()) {
-    info.notes.push_back(
-        fmt::format("no odometry: {} cannot be read as such; expected nav_msgs/Odometry, or tf '{}' "
-                    "-> '{}'",
-                    fmt::join(survey.topics.like_odometry, ", "), options.bag.odom_frame, options.bag.base_frame));
-  }
-  if (options.require_odometry && !info.has_odometry) {
-    return Error{fmt::format("{}: no odometry; expected a nav_msgs/Odometry topic or tf '{}' -> '{}'", file,
-                             options.bag.odom_frame, options.bag.base_frame)};
+  if (!info.has_odometry) {
+    const std::string why = WhyNoOdometry(survey.topics, options.bag);
+    if (options.require_odometry) return Error{fmt::format("{}: {}", file, why)};
+    if (!survey.topics.like_odometry.empty()) info.notes.push_back(why);
   }
   return survey;
 }

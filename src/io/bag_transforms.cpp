@@ -69,14 +69,46 @@ TfTree ReadTree(const Bags& bags, const BagTopics& topics, const std::vector<Fra
   return tree;
 }
 
-Expected<TfChain> RequiredChain(const TfTree& tree, const std::string& file, const FramePair& pair, const char* what) {
+// The only frame of tf that is `frame` behind a prefix (tf_prefix), where tf does not know `frame` itself.
+std::optional<std::string> Prefixed(const std::vector<std::string>& known, const std::string& frame) {
+  if (frame.empty() || std::find(known.begin(), known.end(), frame) != known.end()) return std::nullopt;
+  const std::string end = "/" + frame;
+  std::optional<std::string> found;
+  for (const std::string& name : known) {
+    if (name.size() <= end.size() || name.compare(name.size() - end.size(), end.size(), end) != 0) continue;
+    if (found.has_value()) return std::nullopt;
+    found = name;
+  }
+  return found;
+}
+
+void TakePrefixes(const TfTree& tree, SensorFrames* frames, std::vector<std::string>* notes) {
+  const std::vector<std::string> known = tree.Frames();
+  for (std::string* frame : {&frames->base, &frames->odom, &frames->camera, &frames->laser, &frames->odometry_child}) {
+    const std::optional<std::string> prefixed = Prefixed(known, *frame);
+    if (!prefixed.has_value()) continue;
+    const std::string note = fmt::format("tf frame '{}' is called '{}' here", *frame, *prefixed);
+    if (std::find(notes->begin(), notes->end(), note) == notes->end()) notes->push_back(note);
+    *frame = *prefixed;
+  }
+}
+
+// What a base is called where the floor below it has no frame.
+std::string BaseInstead(const std::vector<std::string>& known, const std::string& missing, const std::string& base) {
+  const char* const other = "base_link";
+  if (missing != base || std::find(known.begin(), known.end(), other) == known.end()) return "";
+  return fmt::format("; if '{}' is on the floor, --set topics.base_frame={}", other, other);
+}
+
+Expected<TfChain> RequiredChain(const TfTree& tree, const std::string& file, const FramePair& pair, const char* what,
+                                const std::string& base) {
   if (auto chain = tree.Chain(pair.from, pair.to)) return *chain;
   if (pair.to.empty()) return Error{fmt::format("{}: header.frame_id is empty ({}); expected a tf frame", file, what)};
   const std::vector<std::string> known = tree.Frames();
   for (const std::string& frame : {pair.from, pair.to}) {
     if (std::find(known.begin(), known.end(), frame) != known.end()) continue;
-    return Error{
-        fmt::format("{}: tf frame '{}' ({}) is not in this bag; it has {}", file, frame, what, fmt::join(known, ", "))};
+    return Error{fmt::format("{}: tf frame '{}' ({}) is not in this bag; it has {}{}", file, frame, what,
+                             fmt::join(known, ", "), BaseInstead(known, frame, base))};
   }
   std::string parents;
   for (const auto& [child, parent] : tree.second_parents()) {
@@ -89,36 +121,37 @@ Expected<TfChain> RequiredChain(const TfTree& tree, const std::string& file, con
 }  // namespace
 
 Expected<BagTransforms> ReadTransforms(const Bags& bags, const std::string& file, const BagTopics& topics,
-                                       const SensorFrames& frames, SkipLog* skipped) {
+                                       SensorFrames* frames, SkipLog* skipped) {
   BagTransforms transforms;
-  if (frames.base.empty()) return transforms;
+  if (frames->base.empty()) return transforms;
   TfTree& tree = transforms.tree;
-  tree = ReadTree(bags, topics, WantedPairs(frames), skipped);
+  tree = ReadTree(bags, topics, WantedPairs(*frames), skipped);
   if (tree.empty()) {
     if (topics.odometry.empty() && topics.scan.empty()) return transforms;
     return Error{fmt::format(
         "{}: no tf; expected '{}' -> '{}', as there is odometry or a laser (topics.base_frame '' ignores those)", file,
-        frames.base, frames.camera)};
+        frames->base, frames->camera)};
   }
   transforms.has_base_transform = true;
+  TakePrefixes(tree, frames, &transforms.notes);
   const Expected<TfChain> camera =
-      RequiredChain(tree, file, {frames.base, frames.camera}, "topics.base_frame to the images' frame");
+      RequiredChain(tree, file, {frames->base, frames->camera}, "topics.base_frame to the images' frame", frames->base);
   if (!camera) return camera.error();
   transforms.base_to_camera = *camera;
-  if (!frames.laser.empty()) {
+  if (!frames->laser.empty()) {
     const Expected<TfChain> laser =
-        RequiredChain(tree, file, {frames.base, frames.laser}, "topics.base_frame to the scans' frame");
+        RequiredChain(tree, file, {frames->base, frames->laser}, "topics.base_frame to the scans' frame", frames->base);
     if (!laser) return laser.error();
     transforms.base_to_laser = *laser;
   }
-  if (!frames.odometry_child.empty()) {
-    const Expected<TfChain> child = RequiredChain(tree, file, {frames.odometry_child, frames.base},
-                                                  "the odometry's child_frame_id to topics.base_frame");
+  if (!frames->odometry_child.empty()) {
+    const Expected<TfChain> child = RequiredChain(tree, file, {frames->odometry_child, frames->base},
+                                                  "the odometry's child_frame_id to topics.base_frame", frames->base);
     if (!child) return child.error();
     transforms.odometry_child_to_base = *child;
   }
-  if (!frames.odom.empty()) {
-    const std::optional<TfChain> odom = tree.Chain(frames.odom, frames.base);
+  if (!frames->odom.empty()) {
+    const std::optional<TfChain> odom = tree.Chain(frames->odom, frames->base);
     if (odom.has_value() && !tree.StampsOfMotion(*odom).empty()) transforms.odom_to_base = odom;
   }
   for (const TfChain* mount :

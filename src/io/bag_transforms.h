@@ -28,8 +28,9 @@ struct BagTransforms {
   std::vector<std::string> notes;         // what the user should know
 };
 
-// `frames.base` empty: tf is not used. Errors name the missing frame and those there are.
+// `frames->base` empty: tf is not used. Frames that tf knows with a prefix only (`robot1/base_footprint`) are called so
+// afterwards. Errors name the missing frame and those there are.
 Expected<BagTransforms> ReadTransforms(const Bags& bags, const std::string& file, const BagTopics& topics,
-                                       const SensorFrames& frames, SkipLog* skipped);
+                                       SensorFrames* frames, SkipLog* skipped);
 
 }  // namespace planar_vslam::io

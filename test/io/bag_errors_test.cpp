@@ -119,6 +119,14 @@ TEST_P(BagErrors, MissingFramesAreNamedWithTheKnownOnes) {
                 {"connect", "'camera_optical_frame' has a second parent", "'base_footprint'"});
 }
 
+TEST_P(BagErrors, ABaseWithoutAFrameOnTheFloorSaysHowToNameIt) {
+  ExpectInError(OpenError(Bag([](BagWriter& writer) {
+                  writer.PutStatic("base_link", "camera_optical_frame", Shift(0, 0, 1));
+                  writer.PutImage(0.1);
+                })),
+                {"'base_footprint'", "--set topics.base_frame=base_link"});
+}
+
 TEST_P(BagErrors, FilesThatAreNoBagsAreErrors) {
   const TemporaryFolder folder;
   const fs::path path = folder.path() / "x.bag";
@@ -166,7 +174,8 @@ TEST_P(BagErrors, DamagedBagsAreErrorsNotCrashes) {
 using Rosbags = BagFixture;
 
 TEST_P(Rosbags, WhatIsNoOdometryIsNamedWhereThereIsNone) {
-  const auto notes = [this](bool with_odometry) {
+  fs::path bag_without_odometry;
+  const auto notes = [&](bool with_odometry) {
     const fs::path path = Bag([with_odometry](BagWriter& writer) {
       writer.PutStatic("base_footprint", "camera_optical_frame", Shift(0.1, 0, 1.1));
       writer.PutImage(0.1);
@@ -175,11 +184,15 @@ TEST_P(Rosbags, WhatIsNoOdometryIsNamedWhereThereIsNone) {
     rosbag::Bag bag(path.string(), rosbag::bagmode::Append);
     bag.write("/commands", At(0.1), geometry_msgs::Twist());
     bag.close();
+    if (!with_odometry) bag_without_odometry = path;
     return Play(path).info.notes;
   };
   EXPECT_TRUE(notes(true).empty());
   ASSERT_EQ(notes(false).size(), 1U);
   ExpectInError(notes(false)[0], {"no odometry", "/commands (geometry_msgs/Twist)", "nav_msgs/Odometry"});
+  RecordingOptions options;
+  options.require_odometry = true;
+  ExpectInError(OpenError(bag_without_odometry, options), {"no odometry", "/commands (geometry_msgs/Twist)"});
 }
 
 TEST_P(Rosbags, CutOnesAndThoseNeverClosedAreErrors) {

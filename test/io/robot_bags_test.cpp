@@ -114,6 +114,26 @@ TEST_P(RobotBags, AMountOnTfHoldsAlsoWhereItWasSentOnce) {
   }
 }
 
+// tf_prefix, as robots of a fleet have it: what the options call base_footprint is robot1/base_footprint.
+TEST_P(RobotBags, FramesWithAPrefixAreFound) {
+  const auto drive = [this](const char* second) {
+    return Play(Bag([second](BagWriter& writer) {
+      writer.PutStatic("robot1/base_footprint", "robot1/camera_optical_frame", Shift(0, 0, 1.2));
+      if (second != nullptr) writer.PutStatic("robot1/base_footprint", second, Shift(0, 0, 0));
+      for (int i = 0; i < 5; ++i) {
+        writer.PutTf("robot1/odom", "robot1/base_footprint", 0.1 * i, Shift(0.5 * i, 0, 0));
+        writer.PutImage(0.1 * i);
+      }
+    }));
+  };
+  const Replay replay = drive(nullptr);
+  EXPECT_EQ(replay.error, "");
+  EXPECT_EQ(replay.images.size(), 5U);
+  EXPECT_EQ(replay.odometry.size(), 5U);
+  EXPECT_TRUE(HasNote(replay, "'base_footprint' is called 'robot1/base_footprint'"));
+  ExpectInError(drive("robot2/base_footprint").error, {"'base_footprint'", "robot1/base_footprint"});
+}
+
 nav_msgs::Odometry WithOrientation(double z, double w) {
   nav_msgs::Odometry odometry;
   odometry.pose.pose.orientation.z = z;
