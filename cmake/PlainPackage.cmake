@@ -12,5 +12,5 @@ write_basic_package_version_file(${pv_config_dir}/planar_vslamConfigVersion.cmak
 install(FILES ${pv_config_dir}/planar_vslamConfig.cmake ${pv_config_dir}/planar_vslam-extras.cmake
   ${pv_config_dir}/planar_vslamConfigVersion.cmake DESTINATION share/planar_vslam/cmake)
 
-set(pv_bag_files WITHOUT "/(bag_[a-z_]*|value_messages|tf_tree)\\.cpp$"
+set(pv_bag_files WITHOUT "/(bag_[a-z_]*|odometry_messages|value_messages|tf_tree)\\.cpp$"
   SOURCES ${PROJECT_SOURCE_DIR}/src/io/without_ros/no_bags.cpp ${PROJECT_SOURCE_DIR}/src/io/bag_folder.cpp)
