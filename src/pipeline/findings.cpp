@@ -13,6 +13,7 @@ constexpr double kScaleSigmas = 4.0;   // between two sources of scale ...
 constexpr double kScaleShare = 0.015;  // ... and at least so much
 constexpr double kIrregular = 1.6;     // mean over usual interval between images
 constexpr double kUnusedShare = 0.2;   // of a stream's messages
+constexpr double kHung = 3.0;          // s that nothing new comes, which no robot that drives has by chance
 
 // Whether wheels or clocks are so wrong that nothing can be compared with them.
 bool WheelsAreWorthless(const Found& found) {
@@ -29,8 +30,18 @@ struct ScaleSource {
   double sigma;  // of what it says in this drive
 };
 
-// The two that disagree most.
-void AddScale(const FindingsInput& in, Found* found) {
+// A third one that is nearer to `worst` than to the first one, which is believed.
+const ScaleSource* WitnessFor(const ScaleSource& worst, const std::vector<ScaleSource>& sources) {
+  for (std::size_t i = 1; i < sources.size(); ++i) {
+    const double from_first = sources[i].says.log_scale - sources[0].says.log_scale;
+    const double from_worst = sources[i].says.log_scale - worst.says.log_scale;
+    if (&sources[i] != &worst && std::abs(from_worst) < std::abs(from_first)) return &sources[i];
+  }
+  return nullptr;
+}
+
+// The two that disagree most; the camera's height is none of them where it is wrong.
+void AddScale(const FindingsInput& in, bool height_is_wrong, Found* found) {
   if (in.map == nullptr || !in.map->metric || WheelsAreWorthless(*found)) return;
   const MapScale& scale = in.report.map_scale;
   std::vector<ScaleSource> sources;
@@ -45,7 +56,7 @@ void AddScale(const FindingsInput& in, Found* found) {
     sources.push_back({"the wheels", "run `planar_vslam calibrate`", as_read, sigma});
   }
   constexpr double kMostlyOnFloor = 0.2;  // share off it; height over another level says nothing
-  if (scale.floor.has_value() && OffFloor(in.map) < kMostlyOnFloor) {
+  if (scale.floor.has_value() && !height_is_wrong && OffFloor(in.map) < kMostlyOnFloor) {
     sources.push_back(
         {"the camera's height over the floor", "check its height in tf", *scale.floor, scale.floor->sigma});
   }
@@ -62,10 +73,16 @@ void AddScale(const FindingsInput& in, Found* found) {
   }
   if (worst == nullptr) return;
   const double share = worst->says.log_scale - sources[0].says.log_scale;
-  found->push_back(
-      {Harm::kBent, "scale",
-       fmt::format("scale: by {} everything is {:.1f} % {} than by {}, which is believed; {}", worst->name,
-                   100.0 * std::abs(share), share > 0.0 ? "larger" : "smaller", sources[0].name, worst->cure)});
+  std::string name = worst->name, cure = worst->cure;
+  if (const ScaleSource* witness = WitnessFor(*worst, sources)) {
+    name += fmt::format(" (and {})", witness->name);
+    cure = sources[0].cure;
+  } else {
+    cure += fmt::format(", or {}", sources[0].cure);
+  }
+  found->push_back({Harm::kBent, "scale",
+                    fmt::format("scale: by {} everything is {:.1f} % {} than by {}, which is believed; {}", name,
+                                100.0 * std::abs(share), share > 0.0 ? "larger" : "smaller", sources[0].name, cure)});
 }
 
 // Of streams that do not last as long as the images. Those that never meet them are told elsewhere.
@@ -96,7 +113,7 @@ void AddEnds(const FindingsInput& in, Found* found) {
 void AddStreams(const FindingsInput& in, Found* found) {
   constexpr double kOld = 0.1;  // of the images
   const double taken = static_cast<double>(in.input.images().intervals.count()) + 1.0;
-  if (static_cast<double>(in.input.old_images()) > kOld * taken) {
+  if (static_cast<double>(in.input.old_images()) > kOld * taken || in.input.images_hung() > kHung) {
     found->push_back({Harm::kWorthless, "images",
                       fmt::format("{} of {:.0f} images are the same as before although the wheels drove on: the "
                                   "camera or its driver hangs",
@@ -171,7 +188,7 @@ void AddShutter(const FindingsInput& in, Found* found) {
 void AddLaser(const FindingsInput& in, Found* found) {
   constexpr double kOld = 0.2;  // of the sweeps
   const double sweeps = static_cast<double>(in.input.scans().intervals.count()) + 1.0;
-  if (static_cast<double>(in.input.old_sweeps()) > kOld * sweeps) {
+  if (static_cast<double>(in.input.old_sweeps()) > kOld * sweeps || in.input.sweeps_hung() > kHung) {
     found->push_back({Harm::kWorthless, "laser",
                       fmt::format("{} of {:.0f} sweeps are the same as before although the wheels drove on, and not "
                                   "used: the laser or its driver hangs",
@@ -235,7 +252,7 @@ std::vector<Finding> FindAll(const FindingsInput& input) {
   AddMount(input, &found);
   AddNoMap(input, &found);
   AddWheels(input, &found);
-  AddScale(input, &found);
+  AddScale(input, AddHeight(input, &found), &found);
   AddLaser(input, &found);
   AddStreams(input, &found);
   AddShutter(input, &found);

@@ -12,10 +12,11 @@ namespace {
 constexpr double kRejectedShare = 0.1;  // of frames with odometry, on which the view contradicts the wheels
 constexpr double kSomeRejected = 0.02;  // the same, where something else is wrong, too
 constexpr double kOffFloorShare = 0.5;  // of keyframes; ramps and sills take fewer
-constexpr double kTurnShare = 0.03;     // that wheels turn too far ...
+constexpr double kTurnShare = 0.04;     // that wheels turn too far: usual ones do by 3 % ...
 constexpr double kDirection = 1.2;      // deg that wheels drive askew ...
 constexpr double kSigmas = 5.0;         // ... and each so many standard deviations
 constexpr double kClockSigmas = 3.0;
+constexpr double kLeastClock = 0.03;  // s: as much as a loaded computer delays a stamp by
 constexpr double kFrameSigmas = 3.0;  // of a direction by all frames
 constexpr double kFastest = 40.0;     // m/s, of a car ...
 constexpr double kSideways = 12.0;    // m/s^2, ... and in its bends: tyres hold no more
@@ -39,9 +40,8 @@ bool ClocksDiffer(const FindingsInput& in) {
 
 // By how much odometry's stamps are off, where that is told with certainty.
 std::optional<double> ClockOffset(const FindingsInput& in) {
-  constexpr double kLeast = 0.03;  // s: as much as a loaded computer delays a stamp by
   const auto& offset = in.motion.time_offset;
-  if (!offset.has_value() || std::abs(offset->value) < kLeast + kClockSigmas * offset->sigma) return std::nullopt;
+  if (!offset.has_value() || std::abs(offset->value) < kLeastClock + kClockSigmas * offset->sigma) return std::nullopt;
   return offset->value;
 }
 
@@ -59,7 +59,7 @@ bool OdometryIsSeldom(const FindingsInput& in) {
 }
 
 // Links between keyframes tell of few, steps between frames of many, and more exactly.
-void AddDirection(const WheelCheck& links, const MotionAgreement& frames, Found* found) {
+void AddDirection(const WheelCheck& links, const MotionAgreement& frames, bool has_laser, Found* found) {
   constexpr double kBackwards = 90.0, kFrameDirection = 0.4;  // deg
   const auto& direction = frames.direction.has_value() ? frames.direction : links.direction;
   if (!direction.has_value()) return;
@@ -71,11 +71,11 @@ void AddDirection(const WheelCheck& links, const MotionAgreement& frames, Found*
                       "the wheels drive backwards where the images go forwards: the sign of the odometry or the "
                       "direction of the camera in tf is wrong"});
   } else if (std::abs(degrees) > least && std::abs(direction->value) > sigmas * direction->sigma) {
-    found->push_back({Harm::kBent, "mount",
-                      fmt::format("the wheels drive {:.1f} deg {} of where the images do, although the map leans "
-                                  "towards the wheels: the yaw of the camera in tf looks wrong; run `planar_vslam "
-                                  "calibrate`",
-                                  std::abs(degrees), degrees > 0.0 ? "left" : "right")});
+    found->push_back(
+        {Harm::kBent, "mount",
+         fmt::format("the wheels drive {:.1f} deg {} of where the images do, although the map leans "
+                     "towards the wheels: the yaw of the camera {}in tf looks wrong; run `planar_vslam calibrate`",
+                     std::abs(degrees), degrees > 0.0 ? "left" : "right", has_laser ? "(or of the laser) " : "")});
   }
 }
 
@@ -203,7 +203,7 @@ void AddWheels(const FindingsInput& in, Found* found) {
   if (in.map == nullptr || static_cast<long>(in.map->keyframes.size()) < kFewestKeyframes) return;
   if (ClockIsFarOff(in)) return;  // told by that
   const WheelCheck check = CheckWheels(*in.map);
-  AddDirection(check, in.motion, found);
+  AddDirection(check, in.motion, in.has_laser, found);
   if (!check.turn.has_value()) return;
   const double turn = check.turn->value - in.report.wheels.log_turn;  // the map's links are corrected by that
   constexpr double kNone = 0.9;                                       // of the turns, missing
@@ -255,11 +255,12 @@ void AddClocks(const FindingsInput& in, Found* found) {
 }
 
 void AddLaserClock(const FindingsInput& in, Found* found) {
-  constexpr double kLeast = 0.1;  // s: a sweep and the way of its stamp take as long
+  // A sweep is stamped when it begins, when it ends or in between, and what it shows is of its middle.
+  const double least = 1e-3 * 0.5 * UsualInterval(in.input.scans()) + kLeastClock;
   const auto& offset = in.motion.laser_time_offset;
   if (!offset.has_value() || in.input.laser().IsUpsideDown()) return;
-  if (std::abs(offset->value) < kLeast + kClockSigmas * offset->sigma) return;
-  if (std::abs(offset->value - ClockOffset(in).value_or(0.0)) < kLeast) return;  // it is odometry that is off
+  if (std::abs(offset->value) < least + kClockSigmas * offset->sigma) return;
+  if (std::abs(offset->value - ClockOffset(in).value_or(0.0)) < least) return;  // it is odometry that is off
   found->push_back(
       {Harm::kBent, "clocks",
        fmt::format("the laser's stamps are {:.0f} ms {} than odometry's: its driver stamps wrongly, or the "

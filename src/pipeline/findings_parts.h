@@ -16,6 +16,8 @@ void AddLaserClock(const FindingsInput& in, Found* found);
 void AddMount(const FindingsInput& in, Found* found);
 void AddNoMap(const FindingsInput& in, Found* found);
 void AddWheels(const FindingsInput& in, Found* found);
+// The camera's height against the floor that the images show: whether it is wrong.
+bool AddHeight(const FindingsInput& in, Found* found);
 
 // Share of the keyframes that stand off the floor; 0 of a few.
 double OffFloor(const Map* map);

@@ -75,15 +75,18 @@ double StreamRhythm::EndsBefore(const StreamRhythm& other) const {
 }
 
 template <class Content, class Same>
-bool InputWatch::IsOld(const Content& content, const Same& same, StandStill<Content>* since) const {
+bool InputWatch::IsOld(const Content& content, Timestamp stamp, const Same& same, StandStill<Content>* since) const {
   constexpr double kMoved = 0.05;  // m or rad
   const Rigid2 T_odom_base = last_reading_.has_value() ? last_reading_->T_odom_base : Rigid2();
   if (!since->content.has_value() || !same(content, *since->content)) {
-    *since = {content, T_odom_base};
+    *since = {content, T_odom_base, std::nullopt, since->longest};
     return false;
   }
   const Rigid2 moved = since->T_odom_base.Inverse() * T_odom_base;
-  return moved.translation.norm() > kMoved || std::abs(moved.angle) > kMoved;
+  if (moved.translation.norm() <= kMoved && std::abs(moved.angle) <= kMoved) return false;
+  if (!since->old.has_value()) since->old = stamp;
+  since->longest = std::max(since->longest, SecondsBetween(*since->old, stamp));
+  return true;
 }
 
 // No two images or sweeps of a real sensor are the same while it moves, but for sweeps that see nothing.
@@ -93,7 +96,7 @@ void InputWatch::Add(const CameraFrame& frame) {
   if (!T_base_camera_.has_value()) T_base_camera_ = frame.T_base_camera;
   if (frame.image.image.empty()) return;
   const std::optional<std::uint64_t> sum = SumOf(*frame.image.image.pixels);
-  if (sum.has_value() && IsOld(*sum, std::equal_to<>(), &image_)) ++old_images_;
+  if (sum.has_value() && IsOld(*sum, frame.image.stamp, std::equal_to<>(), &image_)) ++old_images_;
   const double grey = MeanGrey(frame.image.image);
   looked_at_ += 1.0;
   dark_ += grey < kDark ? 1 : 0;
@@ -107,7 +110,7 @@ bool InputWatch::Add(const LaserFrame& frame) {
   const auto hits = std::count_if(ranges.begin(), ranges.end(), [&frame](float range) {
     return std::isfinite(range) && range >= frame.scan.range_min && range < frame.scan.range_max;
   });
-  if (hits >= kFewest && IsOld(ranges, AreSame, &sweep_)) {
+  if (hits >= kFewest && IsOld(ranges, frame.scan.stamp, AreSame, &sweep_)) {
     ++old_sweeps_;
     return false;
   }

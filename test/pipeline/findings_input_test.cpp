@@ -131,6 +131,30 @@ TEST_F(FindingsTest, AClockThatIsFarOffIsTheOnlyFaultNamed) {
   EXPECT_EQ(Findings(input).size(), 2U) << "that is no certainty";
 }
 
+// Half a sweep is no fault: a stamp may be that of its first or its last beam.
+TEST_F(FindingsTest, ALasersClockIsNamedWhereItIsOffByMoreThanASweepExplains) {
+  const auto found = [this](double period, double offset) {
+    watch_ = InputWatch();
+    Watch(200, Always);
+    for (int i = 0; period * i < 20.0; ++i) {
+      LaserFrame frame;
+      frame.scan.stamp = Timestamp::FromSeconds(period * i);
+      watch_.Add(frame);
+    }
+    FindingsInput input{report_, watch_, &map_};
+    input.motion.laser_time_offset = Deviation{offset, 0.004};
+    return FindAll(input);
+  };
+  for (const double offset : {0.1, -0.1}) {
+    const std::vector<Finding> fast = found(0.1, offset);
+    ASSERT_EQ(fast.size(), 1U);
+    EXPECT_NE(fast[0].text.find(offset < 0.0 ? "100 ms later" : "100 ms earlier"), std::string::npos) << fast[0].text;
+  }
+  EXPECT_TRUE(found(0.1, 0.05).empty());
+  EXPECT_TRUE(found(0.2, 0.1).empty());
+  EXPECT_EQ(found(0.2, 0.2).size(), 1U);
+}
+
 TEST_F(FindingsTest, ALaserThatHangsIsNamedAndNotUsed) {
   const auto watch = [this](double speed, float range, bool hangs, std::size_t beams = 30) {
     watch_ = InputWatch();
@@ -159,14 +183,16 @@ TEST_F(FindingsTest, ALaserThatHangsIsNamedAndNotUsed) {
 }
 
 TEST_F(FindingsTest, ACameraThatHangsIsNamed) {
-  const auto watch = [this](double speed, bool hangs) {
+  const auto watch = [this](double speed, bool hangs, int images = 200, int last_good = 100) {
     watch_ = InputWatch();
-    for (int i = 0; i < 200; ++i) {
+    for (int i = 0; i < images; ++i) {
       const double t = kPeriod * i;
       watch_.Add(OdometryReading{Timestamp::FromSeconds(t), Rigid2(speed * t, 0.0, 0.0)});
       CameraFrame frame = Image(t, 110, ForwardCamera());
       std::vector<std::uint8_t> pixels = *frame.image.image.pixels;
-      pixels[96] = static_cast<std::uint8_t>(hangs && i > 100 ? 100 : i);
+      const int shown = hangs && i > last_good ? last_good : i;
+      pixels[96] = static_cast<std::uint8_t>(shown % 256);
+      pixels[128] = static_cast<std::uint8_t>(shown / 256);
       frame.image.image.pixels = std::make_shared<const std::vector<std::uint8_t>>(std::move(pixels));
       watch_.Add(frame);
     }
@@ -177,6 +203,10 @@ TEST_F(FindingsTest, ACameraThatHangsIsNamed) {
   EXPECT_TRUE(Found().empty()) << Found().front();
   watch(0.0, true);
   EXPECT_TRUE(Found().empty()) << "a robot that stands: " << Found().front();
+  watch(0.1, true, 2000, 1955);  // of a robot that runs for long: within seconds
+  ExpectOne({"of 2000 images are the same as before", "hangs"});
+  watch(0.1, true, 2000, 1980);
+  EXPECT_TRUE(Found().empty()) << "two seconds: " << Found().front();
 }
 
 TEST_F(FindingsTest, ACameraThatIsNowhereIsNamed) {

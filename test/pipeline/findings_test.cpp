@@ -113,7 +113,40 @@ TEST_F(FindingsTest, SourcesOfScaleThatDisagreeAreNamedWithTheBelievedOne) {
   ExpectOne({"the wheels", "3.0 % smaller", "the laser", "calibrate"});
   report_.map_scale.wheels.reset();
   report_.map_scale.floor = ScaleMeasurement{0.05, 0.005};
-  ExpectOne({"height over the floor", "5.0 % larger", "the laser"});
+  ExpectOne({"height over the floor", "5.0 % larger", "the laser", "height in tf"});
+  report_.map_scale.wheels = ScaleMeasurement{0.045, 0.01};
+  ExpectOne({"height over the floor (and the wheels)", "5.0 % larger", "the laser's ranges"});
+}
+
+// What is seen where the base itself has been is floor.
+TEST_F(FindingsTest, AHeightOfTheCameraThatIsWrongIsNamed) {
+  Watch(200, Always);
+  const auto put_floor = [this](double level, double scatter) {
+    map_.landmarks = {};
+    std::mt19937 generator(2);
+    std::normal_distribution<double> off(0.0, scatter);
+    std::uint32_t next = 0;
+    for (const auto& [id, keyframe] : map_.keyframes) {
+      Landmark on_way, wall;
+      on_way.observations.resize(3);
+      wall.observations.resize(3);
+      on_way.p_map = keyframe.T_map_base.translation + Eigen::Vector3d(0.05, 0.05, level + off(generator));
+      wall.p_map = keyframe.T_map_base.translation + Eigen::Vector3d(5.0, 5.0, 0.08);
+      map_.landmarks.Insert(LandmarkId{next++}, on_way);
+      map_.landmarks.Insert(LandmarkId{next++}, wall);
+    }
+  };
+  put_floor(-0.1, 0.01);
+  report_.map_scale.laser = ScaleMeasurement{0.0, 0.001};
+  report_.map_scale.floor = ScaleMeasurement{-0.1, 0.005};
+  ExpectOne({"10 cm below", "about 1.10 m over the floor, not 1.00", "tf"});
+  report_.map_scale.floor.reset();
+  put_floor(0.06, 0.01);
+  ExpectOne({"6 cm above", "about 0.94 m"});
+  put_floor(0.01, 0.01);
+  EXPECT_TRUE(Found().empty()) << Found().front();
+  put_floor(0.1, 0.15);
+  EXPECT_TRUE(Found().empty()) << "that is no floor: " << Found().front();
 }
 
 TEST_F(FindingsTest, ALaserThatNeverAgreesIsNamed) {

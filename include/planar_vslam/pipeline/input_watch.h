@@ -40,6 +40,9 @@ class InputWatch {
   const LaserCheck& laser() const { return laser_; }
   long old_sweeps() const { return old_sweeps_; }  // that were not new
   long old_images() const { return old_images_; }
+  // s, the longest time that one after the other was not new.
+  double sweeps_hung() const { return sweep_.longest; }
+  double images_hung() const { return image_.longest; }
   // Shares of the images whose mean grey is under 25 or over 230 of 255.
   double dark_images() const { return ShareOf(dark_); }
   double bright_images() const { return ShareOf(bright_); }
@@ -55,14 +58,16 @@ class InputWatch {
 
  private:
   void AddBend(const OdometryReading& reading);
-  // Whether the wheels have driven on since what came in was first the same as now.
   template <class Content>
   struct StandStill {
     std::optional<Content> content;
     Rigid2 T_odom_base;
+    std::optional<Timestamp> old;  // since when the wheels had driven on
+    double longest = 0.0;          // s that it was old
   };
+  // Whether the wheels have driven on since what came in was first the same as now.
   template <class Content, class Same>
-  bool IsOld(const Content& content, const Same& same, StandStill<Content>* since) const;
+  bool IsOld(const Content& content, Timestamp stamp, const Same& same, StandStill<Content>* since) const;
   double ShareOf(long count) const { return looked_at_ > 0 ? static_cast<double>(count) / looked_at_ : 0.0; }
 
   StreamRhythm images_, odometry_, scans_;
