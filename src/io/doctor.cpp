@@ -58,13 +58,11 @@ class Examination {
     const PipelineOptions& options = trial.estimator->settings().options;
     input.laser_is_matched = options.scan_match.enabled;
     input.starts_by_images = options.initializer.mode == InitializationMode::kVisual;
-    if (trial.yaw.has_value() && Forwards(input.motion)) input.motion.direction.reset();  // told better by its yaw
+    input.yaw = trial.yaw;
     if (!input.motion.time_offset.has_value() && by_images != nullptr) {
       input.motion.time_offset = by_images->result.motion.time_offset;
     }
     found_ = FindAll(input);
-    const bool bent = Found("laser", Harm::kWorthless) || Found("clocks", Harm::kWorthless);  // so is the yaw
-    if (trial.yaw.has_value() && !bent) AddYaw(*trial.yaw);
     if (by_images != nullptr) AddSigns(by_images->result.motion);
     if (Found("odometry", Harm::kWorthless)) DropLaser();
     if (!info_.topics.empty()) Add("topics", info_.topics);
@@ -88,17 +86,6 @@ class Examination {
     return std::any_of(found_.begin(), found_.end(), [what, at_least](const Finding& finding) {
       return std::string(finding.subject) == what && finding.harm >= at_least;
     });
-  }
-
-  void AddYaw(const CalibratedValue& yaw) {
-    constexpr double kLeast = 0.6, kSigmas = 5.0;  // deg
-    const double degrees = RadiansToDegrees(yaw.value), sigma = RadiansToDegrees(yaw.sigma);
-    if (std::abs(degrees) < std::max(kLeast, kSigmas * sigma)) return;
-    found_.push_back(
-        {Harm::kBent, "mount",
-         fmt::format("the camera's yaw in tf is off by {:.1f} deg or more: it looks further to the {} than "
-                     "said; run `planar_vslam calibrate`",
-                     std::abs(degrees), degrees > 0.0 ? "left" : "right")});
   }
 
   // Against wheels that are wrong any laser looks wrong.

@@ -1,7 +1,6 @@
 #include "doctor_trial.h"
 
-#include <algorithm>
-#include <string>
+#include "camera_yaw.h"
 
 namespace planar_vslam::io {
 namespace {
@@ -18,24 +17,6 @@ Expected<Trial> Map(Recording& recording, const PipelineOptions& options, bool w
   return trial;
 }
 
-// The yaw that the map's own adjustment finds with the mount free, less the one assumed.
-std::optional<CalibratedValue> FindYaw(const Estimator& estimator, const std::vector<OdometryReading>& readings) {
-  if (estimator.map() == nullptr || !estimator.map()->metric) return std::nullopt;
-  const PipelineOptions& options = estimator.settings().options;
-  CalibrationOptions calibration;
-  calibration.camera_sway_sigma = options.mount.angle;
-  const Expected<CalibrationResult> result =
-      CalibrateMap(*estimator.map(), readings, options.calibration, estimator.model(), calibration);
-  if (!result.ok()) return std::nullopt;
-  constexpr Eigen::Index kYaw = 5;  // of the mount
-  const auto yaw = std::find_if(result->values.begin(), result->values.end(),
-                                [](const CalibratedValue& value) { return value.name == "camera_yaw"; });
-  if (yaw == result->values.end() || !yaw->observed) return std::nullopt;
-  CalibratedValue off = *yaw;
-  off.value -= options.calibration.camera_mount[kYaw];
-  return off;
-}
-
 }  // namespace
 
 Expected<Trial> MapOnTrial(Recording& recording, const PipelineOptions& options, const RunSettings& settings) {
@@ -50,7 +31,7 @@ Expected<Trial> MapOnTrial(Recording& recording, const PipelineOptions& options,
   };
   Expected<Trial> trial = Map(recording, options, with_odometry, listening);
   if (trial.ok() && with_odometry && recording.info().has_base_transform) {
-    trial->yaw = FindYaw(*trial->estimator, readings);
+    trial->yaw = FindCameraYaw(*trial->estimator, readings);
   }
   return trial;
 }

@@ -4,14 +4,13 @@
 #include <optional>
 
 #include "planar_vslam/io/run_session.h"
-#include "planar_vslam/optimize/calibration.h"
 
 namespace planar_vslam::io {
 
 struct Trial {
   std::unique_ptr<Estimator> estimator;
   RunResult result;
-  std::optional<CalibratedValue> yaw;  // of the camera on the base, against what was assumed; where the drive shows it
+  std::optional<Deviation> yaw;  // of the camera: see FindCameraYaw
 };
 
 // As `run` would map it, and the camera's yaw by what `calibrate` does.

@@ -3,9 +3,11 @@
 #include <sys/resource.h>
 
 #include <chrono>
+#include <cmath>
 #include <thread>
 #include <utility>
 
+#include "camera_yaw.h"
 #include "planar_vslam/pipeline/findings.h"
 
 namespace planar_vslam {
@@ -77,17 +79,18 @@ class Session {
     const RecordingInfo& info = recording_.info();
     const std::shared_ptr<const Map> map = estimator_.map();
     result_.motion = Compare();
-    const FindingsInput found{estimator_.report(),
-                              estimator_.input_watch(),
-                              map.get(),
-                              result_.unused_input,
-                              info.notes,
-                              info.has_base_transform,
-                              info.has_laser,
-                              result_.motion,
-                              estimator_.settings().options.scan_match.enabled,
-                              estimator_.settings().options.initializer.mode == InitializationMode::kVisual,
-                              estimator_.settings().options.image_timing.readout};
+    FindingsInput found{estimator_.report(),
+                        estimator_.input_watch(),
+                        map.get(),
+                        result_.unused_input,
+                        info.notes,
+                        info.has_base_transform,
+                        info.has_laser,
+                        result_.motion,
+                        estimator_.settings().options.scan_match.enabled,
+                        estimator_.settings().options.initializer.mode == InitializationMode::kVisual,
+                        estimator_.settings().options.image_timing.readout};
+    if (MayBeTurned(result_.motion)) found.yaw = io::FindCameraYaw(estimator_, readings_);
     result_.findings = Findings(found);
     if (!result_.frames.empty()) {
       result_.recorded_seconds = SecondsBetween(result_.frames.front().stamp, result_.frames.back().stamp);
@@ -123,10 +126,23 @@ class Session {
     if (settings_.on_odometry) settings_.on_odometry(reading);
     if (const std::optional<OdometryReading> continued = continuity_.Push(reading)) {
       wheels_.Push({corrector_.Correct(continued->stamp), continued->T_odom_base});
+      if (readings_.size() < kMostReadings && (readings_.empty() || readings_.back().stamp < continued->stamp)) {
+        readings_.push_back(*continued);
+      }
     }
     Keep(estimator_.Add(reading));
   }
   void Take(LaserFrame frame) { Keep(estimator_.Add(std::move(frame))); }
+
+  // Whether the camera's yaw is worth an adjustment of the map: one that is not too large to be adjusted soon.
+  bool MayBeTurned(const MotionAgreement& motion) const {
+    const double hint = DegreesToRadians(0.3);  // a map that leans towards the wheels shows a third of a wrong yaw
+    constexpr std::size_t kMostKeyframes = 400;
+    const std::shared_ptr<const Map> map = estimator_.map();
+    const bool small = map != nullptr && map->keyframes.size() < kMostKeyframes && readings_.size() < kMostReadings;
+    return small && recording_.info().has_base_transform && motion.direction.has_value() &&
+           std::abs(motion.direction->value) > hint;
+  }
 
   MotionAgreement Compare() const {
     std::vector<SeenPose> seen;
@@ -172,9 +188,11 @@ class Session {
   const RunSettings& settings_;
   Pace pace_;
   OdometryContinuity continuity_;
-  InputCorrector corrector_;              // of stamps
-  OdometryBuffer wheels_;                 // on the camera's clock, without their jumps
-  long next_scale_ = 0, scale_step_ = 1;  // keyframes
+  InputCorrector corrector_;  // of stamps
+  OdometryBuffer wheels_;     // on the camera's clock, without their jumps
+  static constexpr std::size_t kMostReadings = 50000;
+  std::vector<OdometryReading> readings_;  // as they came in, without their jumps; the first of a long drive
+  long next_scale_ = 0, scale_step_ = 1;   // keyframes
   RunResult result_;
 };
 

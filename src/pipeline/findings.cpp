@@ -258,6 +258,7 @@ std::vector<Finding> FindAll(const FindingsInput& input) {
   AddShutter(input, &found);
   AddEnds(input, &found);
   AddUnused(input, &found);
+  AddYaw(input, &found);
   std::stable_sort(found.begin(), found.end(), [](const Finding& a, const Finding& b) { return a.harm > b.harm; });
   return found;
 }

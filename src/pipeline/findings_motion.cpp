@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "findings_parts.h"
 #include "planar_vslam/pipeline/wheel_check.h"
@@ -59,8 +61,9 @@ bool OdometryIsSeldom(const FindingsInput& in) {
 }
 
 // Links between keyframes tell of few, steps between frames of many, and more exactly.
-void AddDirection(const WheelCheck& links, const MotionAgreement& frames, bool has_laser, Found* found) {
+void AddDirection(const WheelCheck& links, const FindingsInput& in, Found* found) {
   constexpr double kBackwards = 90.0, kFrameDirection = 0.4;  // deg
+  const MotionAgreement& frames = in.motion;
   const auto& direction = frames.direction.has_value() ? frames.direction : links.direction;
   if (!direction.has_value()) return;
   const double degrees = RadiansToDegrees(direction->value);
@@ -70,12 +73,13 @@ void AddDirection(const WheelCheck& links, const MotionAgreement& frames, bool h
     found->push_back({Harm::kWorthless, "odometry",
                       "the wheels drive backwards where the images go forwards: the sign of the odometry or the "
                       "direction of the camera in tf is wrong"});
-  } else if (std::abs(degrees) > least && std::abs(direction->value) > sigmas * direction->sigma) {
+  } else if (!in.yaw.has_value() && std::abs(degrees) > least &&
+             std::abs(direction->value) > sigmas * direction->sigma) {
     found->push_back(
         {Harm::kBent, "mount",
          fmt::format("the wheels drive {:.1f} deg {} of where the images do, although the map leans "
                      "towards the wheels: the yaw of the camera {}in tf looks wrong; run `planar_vslam calibrate`",
-                     std::abs(degrees), degrees > 0.0 ? "left" : "right", has_laser ? "(or of the laser) " : "")});
+                     std::abs(degrees), degrees > 0.0 ? "left" : "right", in.has_laser ? "(or of the laser) " : "")});
   }
 }
 
@@ -203,7 +207,7 @@ void AddWheels(const FindingsInput& in, Found* found) {
   if (in.map == nullptr || static_cast<long>(in.map->keyframes.size()) < kFewestKeyframes) return;
   if (ClockIsFarOff(in)) return;  // told by that
   const WheelCheck check = CheckWheels(*in.map);
-  AddDirection(check, in.motion, in.has_laser, found);
+  AddDirection(check, in, found);
   if (!check.turn.has_value()) return;
   const double turn = check.turn->value - in.report.wheels.log_turn;  // the map's links are corrected by that
   constexpr double kNone = 0.9;                                       // of the turns, missing
@@ -220,6 +224,21 @@ void AddWheels(const FindingsInput& in, Found* found) {
                      "{}); run `planar_vslam calibrate`",
                      100.0 * std::abs(turn), turn > 0.0 ? "far" : "little", turn > 0.0 ? "long" : "short")});
   }
+}
+
+void AddYaw(const FindingsInput& in, Found* found) {
+  constexpr double kLeast = 0.6, kSigmas = 5.0;  // deg
+  const bool bent = std::any_of(found->begin(), found->end(), [](const Finding& finding) {
+    const std::string subject = finding.subject;
+    return finding.harm == Harm::kWorthless && (subject == "laser" || subject == "clocks");
+  });
+  if (!in.yaw.has_value() || bent) return;
+  const double degrees = RadiansToDegrees(in.yaw->value), sigma = RadiansToDegrees(in.yaw->sigma);
+  if (std::abs(degrees) < std::max(kLeast, kSigmas * sigma)) return;
+  found->push_back({Harm::kBent, "mount",
+                    fmt::format("the camera's yaw in tf is off by {:.1f} deg or more: it looks further to the {} than "
+                                "said; run `planar_vslam calibrate`",
+                                std::abs(degrees), degrees > 0.0 ? "left" : "right")});
 }
 
 void AddClocks(const FindingsInput& in, Found* found) {

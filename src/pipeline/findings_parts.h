@@ -16,6 +16,8 @@ void AddLaserClock(const FindingsInput& in, Found* found);
 void AddMount(const FindingsInput& in, Found* found);
 void AddNoMap(const FindingsInput& in, Found* found);
 void AddWheels(const FindingsInput& in, Found* found);
+// The camera's yaw, where it is known; after all that could bend it.
+void AddYaw(const FindingsInput& in, Found* found);
 // The camera's height against the floor that the images show: whether it is wrong.
 bool AddHeight(const FindingsInput& in, Found* found);
 

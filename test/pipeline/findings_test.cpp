@@ -100,6 +100,22 @@ TEST_F(FindingsTest, WheelsThatReadWrongAreNamedThoughTheMapHasLearnedIt) {
   ExpectOne({"the wheels", "3.0 % larger", "the laser", "calibrate"});
 }
 
+TEST_F(FindingsTest, AYawOfTheCameraThatAnAdjustmentFoundIsNamed) {
+  Watch(200, Always);
+  FindingsInput input{report_, watch_, &map_};
+  input.motion.direction = Deviation{DegreesToRadians(-0.9), DegreesToRadians(0.1)};
+  ASSERT_EQ(Findings(input).size(), 1U) << "by the wheels' direction";
+  input.yaw = Deviation{DegreesToRadians(1.9), DegreesToRadians(0.1)};
+  ASSERT_EQ(Findings(input).size(), 1U);
+  EXPECT_NE(Findings(input)[0].find("off by 1.9 deg or more: it looks further to the left"), std::string::npos);
+  input.yaw = Deviation{DegreesToRadians(1.9), DegreesToRadians(0.5)};
+  EXPECT_TRUE(Findings(input).empty()) << "not sure: " << Findings(input)[0];
+  input.yaw = Deviation{DegreesToRadians(1.9), DegreesToRadians(0.1)};
+  input.motion.time_offset = Deviation{0.5, 0.005};
+  ASSERT_EQ(Findings(input).size(), 1U);
+  EXPECT_NE(Findings(input)[0].find("500 ms"), std::string::npos) << "the clock bends the yaw, too";
+}
+
 TEST_F(FindingsTest, OdometryWithoutOrientationIsNamed) {
   Watch(200, Always);
   map_ = Drive([](const Rigid2& step) { return Rigid2(step.translation.x(), step.translation.y(), 0.0); });

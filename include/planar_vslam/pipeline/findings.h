@@ -31,11 +31,12 @@ struct FindingsInput {
   std::vector<std::string> notes = {};      // of the recording: come last
   bool has_base = true;
   bool has_laser = false;
-  MotionAgreement motion = {};    // of the poses found by sight and the wheels as they were corrected
-  bool laser_is_matched = true;   // as the configuration says
-  bool starts_by_images = false;  // the same: a map begins without the wheels
-  double readout = 0.0;           // s, of an image's rows, as the configuration says
-  bool recorded = true;           // not a robot that runs, whose drivers start one after the other
+  MotionAgreement motion = {};        // of the poses found by sight and the wheels as they were corrected
+  bool laser_is_matched = true;       // as the configuration says
+  bool starts_by_images = false;      // the same: a map begins without the wheels
+  double readout = 0.0;               // s, of an image's rows, as the configuration says
+  std::optional<Deviation> yaw = {};  // rad, of the camera, further to the left than said; by an adjustment of the map
+  bool recorded = true;               // not a robot that runs, whose drivers start one after the other
 };
 
 // Whether there is no map, or one that held so few of the frames that it says nothing.
