@@ -113,7 +113,7 @@ def write_json(path, value):
 
 def command_line():
     """As somebody else would type it: without the places of this machine."""
-    places = ('--executable', '--out', '--json', '--commit', '--rendered', '--maps', '--threads', '--bench')
+    places = ('--executable', '--recode', '--out', '--json', '--commit', '--rendered', '--maps', '--threads', '--bench')
     words, option = [os.path.relpath(os.path.abspath(sys.argv[0]), ROOT)], ''
     for argument in sys.argv[1:]:
         if argument.startswith('--'):

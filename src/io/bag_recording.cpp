@@ -128,6 +128,11 @@ std::optional<RecordedEvent> BagRecording::ReadCameraFrame(std::size_t i) {
     skipped_.Count("image not decodable", fmt::format("{}: {}", where, stored.image.error().message));
     return std::nullopt;
   }
+  if (FrameName(stored.frame_id) != survey_.said.camera) {
+    skipped_.Count("image of another frame", fmt::format("{}: '{}', expected '{}': two cameras on one topic?", where,
+                                                         stored.frame_id, survey_.said.camera));
+    return std::nullopt;
+  }
   const CameraModel& camera = survey_.info.camera;
   if (stored.image->width != camera.width || stored.image->height != camera.height) {
     skipped_.Count("image of changed size", fmt::format("{}: {}x{}, expected {}x{}", where, stored.image->width,
@@ -144,7 +149,14 @@ std::optional<RecordedEvent> BagRecording::ReadCameraFrame(std::size_t i) {
 
 std::optional<RecordedEvent> BagRecording::ReadLaserFrame(std::size_t i) {
   const Timestamp stamp = survey_.index.scans.stamp(i);
-  Expected<PlanarScan> scan = ToPlanarScan(*survey_.index.scans.message(i).Read<sensor_msgs::LaserScan>());
+  const auto message = survey_.index.scans.message(i).Read<sensor_msgs::LaserScan>();
+  if (FrameName(message->header.frame_id) != survey_.said.laser) {
+    skipped_.Count("scan of another frame",
+                   fmt::format("{}: '{}', expected '{}': two lasers on one topic?", Where(survey_.topics.scan, stamp),
+                               message->header.frame_id, survey_.said.laser));
+    return std::nullopt;
+  }
+  Expected<PlanarScan> scan = ToPlanarScan(*message);
   if (!scan) {
     skipped_.Count(scan.error().message, Where(survey_.topics.scan, stamp));
     return std::nullopt;
@@ -167,6 +179,12 @@ std::optional<RecordedEvent> BagRecording::ReadOdometry(std::size_t i) {
     return std::nullopt;
   }
   const auto message = survey_.index.odometry.message(i).Read<nav_msgs::Odometry>();
+  const std::string child = OdometryChild(*message, survey_.said.base);
+  if (child != survey_.said.odometry_child) {
+    skipped_.Count("odometry of another child frame", fmt::format("{}: '{}', expected '{}': two sources on one topic?",
+                                                                  where, child, survey_.said.odometry_child));
+    return std::nullopt;
+  }
   const Expected<OdometryReading> reading = odometry_.Read(*message, *T_child_base);
   if (!reading) {
     skipped_.Count(reading.error().message, where);

@@ -1,7 +1,6 @@
 #include "bag_survey.h"
 
 #include <fmt/format.h>
-#include <nav_msgs/Odometry.h>
 
 #include "bag_messages.h"
 #include "planar_vslam/sensor/scan_check.h"
@@ -74,7 +73,7 @@ SensorFrames FramesOf(const BagIndex& index, const BagTopics& topics, const Imag
     frames.odom = FrameName(options.odom_frame);
   } else if (index.odometry.size() > 0) {
     const auto odometry = index.odometry.message(0).Read<nav_msgs::Odometry>();
-    frames.odometry_child = odometry->child_frame_id.empty() ? frames.base : FrameName(odometry->child_frame_id);
+    frames.odometry_child = OdometryChild(*odometry, frames.base);
   }
   return frames;
 }
@@ -168,6 +167,10 @@ void NoteScans(BagSurvey* survey) {
 
 }  // namespace
 
+std::string OdometryChild(const nav_msgs::Odometry& odometry, const std::string& base) {
+  return odometry.child_frame_id.empty() ? base : FrameName(odometry.child_frame_id);
+}
+
 Expected<BagSurvey> SurveyBag(const Bags& bags, const std::string& file, const RecordingOptions& options,
                               SkipLog* skipped) {
   if (options.odometry_file.has_value()) {
@@ -194,7 +197,8 @@ Expected<BagSurvey> SurveyBag(const Bags& bags, const std::string& file, const R
     return Error{
         fmt::format("{}: header.frame_id on {} is empty; expected the laser's tf frame", file, survey.topics.scan)};
   }
-  SensorFrames frames = FramesOf(survey.index, survey.topics, *images, options.bag);
+  survey.said = FramesOf(survey.index, survey.topics, *images, options.bag);
+  SensorFrames frames = survey.said;
   Expected<BagTransforms> transforms = ReadTransforms(bags, file, survey.topics, &frames, skipped);
   if (!transforms) return transforms.error();
   survey.transforms = std::move(*transforms);

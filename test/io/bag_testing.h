@@ -111,10 +111,10 @@ class BagWriter {
     odometry.pose.pose.position.x = x;
     Put("/odom", odometry, t + delay);
   }
-  void PutScan(double t, double delay = 0.01) {
+  void PutScan(double t, double delay = 0.01, const std::string& frame = "laser_frame") {
     sensor_msgs::LaserScan scan;
     scan.header.stamp = At(t);
-    scan.header.frame_id = "laser_frame";
+    scan.header.frame_id = frame;
     scan.angle_min = -1.0F;
     scan.angle_increment = 0.5F;
     scan.range_max = 8.0F;

@@ -61,6 +61,30 @@ TEST_P(DriverHabits, OdometryThatNamesNoChildIsOfTheBase) {
   EXPECT_NEAR(replay.odometry[3].T_odom_base.translation.x(), 0.3, 1e-12);
 }
 
+// Two drivers on one topic, each with its own mount: the first one counts, the other is told.
+TEST_P(DriverHabits, WhatIsOfAnotherFrameIsLeftOutAndCounted) {
+  const Replay replay = Play(Bag([](BagWriter& writer) {
+    for (const char* frame : {"camera_optical_frame", "rear_optical_frame", "laser_frame", "rear_laser_frame"}) {
+      writer.PutStatic("base_footprint", frame, Shift(0, 0, 1));
+    }
+    writer.PutStatic("base_footprint", "wheels", Shift(0, 0, 0.1));
+    for (int i = 0; i < 10; ++i) {
+      sensor_msgs::Image image = RawImage(RampImage(), "mono8");
+      if (i % 2 == 1) image.header.frame_id = "rear_optical_frame";
+      writer.PutImage(0.1 * i, image);
+      writer.PutOdometry(0.1 * i, 0.01 * i, i % 2 == 1 ? "wheels" : "base_footprint");
+      writer.PutScan(0.1 * i, 0.01, i % 2 == 1 ? "rear_laser_frame" : "laser_frame");
+    }
+  }));
+  EXPECT_EQ(replay.error, "");
+  EXPECT_EQ(replay.images.size(), 5U);
+  EXPECT_EQ(replay.odometry.size(), 5U);
+  EXPECT_EQ(replay.scans.size(), 5U);
+  for (const char* reason : {"image of another frame", "scan of another frame", "odometry of another child frame"}) {
+    EXPECT_EQ(replay.skipped.count(reason), 1U) << reason;
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Bags, DriverHabits, ::testing::Values(".bag", ".mcap", ".db3"));
 
 TEST(PackedRosbags, AreReadWhateverPacksThem) {
