@@ -78,7 +78,9 @@ void PlaceBelief::Search() {
     PlaceHypothesis hypothesis;
     hypothesis.T_map_base = place.T_map_base;
     for (const PlaceHypothesis& before : hypotheses_) {
-      if (!IsSamePlace(before.T_map_base, place.T_map_base) || before.sight() <= hypothesis.sight()) continue;
+      if (!IsSamePlace(before.T_map_base, place.T_map_base)) continue;
+      // Views that showed nothing of the place stay views of it.
+      if (hypothesis.views > 0 && before.sight() <= hypothesis.sight()) continue;
       hypothesis.seen = before.seen;
       hypothesis.views = before.views;
     }

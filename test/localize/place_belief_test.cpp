@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "floor_plan.h"
 
 namespace planar_vslam {
@@ -90,6 +92,29 @@ TEST(PlaceBelief, NeverBelievesInARoomTheMapDoesNotKnow) {
   }
 }
 
+// Walls of the same size, and other cupboards and benches between them: two of three beams end on mapped surfaces,
+// which is enough for no place by the laser alone.
+TEST(PlaceBelief, ARoomThatIsHalfAlikeIsNoPlace) {
+  FloorPlan mapped, other;
+  mapped.Box(0, 0, 10, 6).Box(0, 4.4, 2.2, 6).Box(7.5, 0, 8.2, 1.6);
+  other.Box(0, 0, 10, 6).Box(0, 4.4, 2.2, 6).Box(3.2, 4.9, 4.2, 6).Box(3.0, 0, 3.8, 1.2).Box(6.0, 3.0, 7.4, 3.9);
+  other.Box(8.6, 2.2, 10, 3.4);
+  const auto field = FieldOf(test::Mapped(mapped, {1.0, 0.8}, {9.0, 5.0}));
+  constexpr double kLeast = 0.55, kMost = 0.75;  // mean odds of a point, of the best place
+  for (const Rigid2& start : {Rigid2(2.0, 2.6, 0.4), Rigid2(5.0, 2.0, -2.4)}) {
+    PlaceBelief belief(field);
+    int half_alike = 0;
+    Rigid2 T = start;
+    for (int i = 0; i < 6; ++i) {
+      T = Drive(other, T, Rigid2(0.22, 0.0, 0.1), 2, &belief);
+      EXPECT_FALSE(belief.Believed().has_value()) << start.angle << " " << i;
+      const double fit = belief.hypotheses().front().fit;
+      half_alike += fit > kLeast && fit < kMost ? 1 : 0;
+    }
+    EXPECT_GE(half_alike, 3);
+  }
+}
+
 // Two rooms that are the same, and a corridor between their doors, which are at different ends of it.
 class TwinRooms : public ::testing::Test {
  protected:
@@ -150,6 +175,25 @@ TEST_F(TwinRooms, ViewsOfTheSameThingsRepeatWhatTheyTell) {
   }
   EXPECT_DOUBLE_EQ(first, 1.0);
   EXPECT_NEAR(last, 2.0, 1e-9) << "six in a row tell as much as two from different places";
+}
+
+TEST_F(TwinRooms, ViewsThatShowedNothingAreViewsToo) {
+  PlaceBelief belief(FieldOf(sweeps_));
+  const Rigid2 step(0.2, 0.0, 0.0);
+  Rigid2 T = Drive(plan_, Rigid2(7.9, 0.7, M_PI_2), step, 2, &belief);
+  constexpr int kViews = 6;
+  for (int i = 1; i <= kViews; ++i) {
+    belief.AddView({{T, i == kViews ? 3.0 : 0.0}});
+    if (i == kViews) break;
+    T = T * step;
+    belief.Move(step);
+    belief.AddSweep(plan_.Sweep(T), FloorPlan::T_base_laser(), Rigid2());
+  }
+  const auto at_robot = std::find_if(belief.hypotheses().begin(), belief.hypotheses().end(),
+                                     [&T](const PlaceHypothesis& h) { return IsSamePlace(h.T_map_base, T); });
+  ASSERT_NE(at_robot, belief.hypotheses().end());
+  EXPECT_EQ(at_robot->views, kViews);
+  EXPECT_NEAR(at_robot->sight(), 3.0 / kViews * (1.0 + PlaceHypothesis::kNewInView * (kViews - 1)), 1e-9);
 }
 
 TEST(PlaceBelief, IsNotConvincedBySightWithoutTheLaser) {
