@@ -33,8 +33,8 @@ std::vector<SightView> AsMapped(const Map& map, const Rigid2& T_map_base, const 
 
 std::optional<double> LookAlikeShare(const LandmarkTable& table, const Map& map, const Rigid2& T_map_base,
                                      const std::vector<SightView>& views) {
-  constexpr double kElsewhere = 2.0;  // m, from where the same things are not seen the same way
-  constexpr double kWindow = 6.0;     // px, that a landmark may lie off
+  constexpr double kElsewhere = 2.0;        // m, from where the same things are not seen the same way
+  constexpr SightWindow kWindow{0.0, 6.0};  // px, that a landmark may lie off
   constexpr std::size_t kVoted = 60;
   constexpr double kLeastInView = 30.0;  // a view
   const std::vector<SightView> mapped = AsMapped(map, T_map_base, views);
@@ -54,11 +54,6 @@ std::optional<double> LookAlikeShare(const LandmarkTable& table, const Map& map,
   return largest;
 }
 
-const LandmarkTable& SightMap::table() {
-  if (!table_.has_value()) table_.emplace(*map_);
-  return *table_;
-}
-
 std::optional<double> SightMap::LookAlikeShareAt(const Rigid2& T_map_base, const std::vector<SightView>& views) {
   constexpr double kSame = 1.0;  // m, and...
   constexpr double kSameAngle = DegreesToRadians(30.0);
@@ -67,7 +62,7 @@ std::optional<double> SightMap::LookAlikeShareAt(const Rigid2& T_map_base, const
     const bool same = off.translation.norm() <= kSame && std::abs(off.angle) <= kSameAngle;
     if (same && answer.views >= views.size()) return answer.share;
   }
-  answers_.push_back({T_map_base, views.size(), LookAlikeShare(table(), *map_, T_map_base, views)});
+  answers_.push_back({T_map_base, views.size(), LookAlikeShare(table_, *map_, T_map_base, views)});
   return answers_.back().share;
 }
 

@@ -13,12 +13,12 @@ namespace {
 
 constexpr double kNewPlace = 0.2;  // m, or...
 constexpr double kNewHeading = DegreesToRadians(10.0);
-constexpr std::size_t kViews = 15;       // that are remembered: 3 m, over which odometry is good to some pixels
-constexpr std::size_t kStride = 3;       // of them, where many places are weighed
-constexpr std::size_t kVoted = 30;       // places that votes name...
-constexpr std::size_t kShortListed = 6;  // ...of which so many are looked at closely
-constexpr std::size_t kPlaces = 8;       // that are carried along
-constexpr double kWindow = 6.0;          // px, that a landmark may lie off
+constexpr std::size_t kViews = 15;        // that are remembered: 3 m, over which odometry is good to some pixels
+constexpr std::size_t kStride = 3;        // of them, where many places are weighed
+constexpr std::size_t kVoted = 30;        // places that votes name...
+constexpr std::size_t kShortListed = 6;   // ...of which so many are looked at closely
+constexpr std::size_t kPlaces = 8;        // that are carried along
+constexpr SightWindow kWindow{0.0, 6.0};  // px, that a landmark may lie off
 
 // Chosen by looking at dev_lab_revisit: settled at a wrong place, 15 views show up to this share.
 constexpr double kByChance = 0.08;
@@ -40,10 +40,16 @@ constexpr double kOfOneKind = 0.5;
 constexpr double kHardlyAny = 0.25;
 constexpr double kAlikeShare = 0.2;  // of all landmarks in view, that another bench of the same kind showed there
 constexpr double kRefuted = 3.0;     // log odds: 20 to 1
-constexpr double kSure = 0.15;       // m, standard deviation: three of them are less than a place is wide
-constexpr double kBeside = 0.5;      // m: no place so far away, nor twice as far...
-constexpr double kAsGood = 0.8;      // ...may show this much of what the best one shows
-constexpr double kAtOnce = 0.4;      // share that needs no second place, twice what benches that look alike show
+constexpr double kConfirmed = 3.0;   // likewise: odometry speaks for the place, too
+// Wheels slip now and then: log odds against it since a place was told, and how far off they are then.
+constexpr double kSlips = 3.0;
+constexpr double kSlipped = 0.1;  // m, standard deviation, and...
+constexpr double kSlippedAngle = DegreesToRadians(4.0);
+constexpr double kSure = 0.15;  // m, standard deviation: three of them are less than a place is wide, and...
+constexpr double kSureAngle = DegreesToRadians(3.0);
+constexpr double kBeside = 0.5;  // m: no place so far away, nor twice as far...
+constexpr double kAsGood = 0.8;  // ...may show this much of what the best one shows
+constexpr double kAtOnce = 0.4;  // share that needs no second place, twice what benches that look alike show
 
 // Whether two places are so near each other that the same landmarks speak for both, one somewhat less.
 bool IsBeside(const Rigid2& a, const Rigid2& b) {
@@ -121,10 +127,9 @@ void SightBelief::AddView(const CameraView& view, const std::vector<Rigid2>& sug
     views_.erase(views_.begin());
     matches_.erase(matches_.begin());
   }
-  ++news_;
   std::vector<SightedPlace> places;
   for (const Rigid2& candidate : Candidates(suggested))
-    places.push_back(Weigh(Settle(map_->table(), candidate, views_, IsLost()), views_));
+    places.push_back(Weigh(Settle(map_->table(), candidate, views_), views_));
   places_ = WithoutDoubles(std::move(places));
   if (places_.size() > kPlaces) places_.resize(kPlaces);
   WeighExpected();
@@ -133,10 +138,15 @@ void SightBelief::AddView(const CameraView& view, const std::vector<Rigid2>& sug
 
 // The place where odometry and the views agree, where they do, instead of where the views alone put it.
 void SightBelief::WeighExpected() {
-  if (!expected_.has_value()) return;
-  const SightedPlace place = Weigh(SettleExpected(map_->table(), *expected_, views_, News()), views_);
-  if (place.log_odds < Enough(place)) return;
+  if (!IsTracked()) return;
+  const double share = static_cast<double>(views_.size()) / static_cast<double>(kViews);
+  const SightedPlace place = Weigh(SettleExpected(map_->table(), *expected_, views_, share), views_);
+  const double margin = place.log_odds - Enough(place);
+  if (margin < 0.0) return;
   const auto is_same = [&place](const SightedPlace& other) { return IsSamePlace(other.T_map_base, place.T_map_base); };
+  for (const SightedPlace& other : places_) {
+    if (is_same(other) && other.log_odds - Enough(other) > margin && HasSlippedTo(other)) return;
+  }
   places_.erase(std::remove_if(places_.begin(), places_.end(), is_same), places_.end());
   places_.push_back(place);
   SortByOdds(&places_);
@@ -150,8 +160,27 @@ std::optional<double> SightBelief::OffExpected(const SightedPlace& place) const 
   return off.dot(covariance.ldlt().solve(off));
 }
 
-double SightBelief::News() const {
-  return static_cast<double>(std::min(news_, views_.size())) / static_cast<double>(views_.size());
+bool SightBelief::IsTracked() const {
+  if (!expected_.has_value()) return false;
+  const Eigen::Matrix2d position = expected_->covariance.topLeftCorner<2, 2>();
+  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(position).eigenvalues()[1] <= kSure * kSure &&
+         expected_->covariance(2, 2) <= kSureAngle * kSureAngle;
+}
+
+Eigen::Matrix3d SightBelief::WithSlip() const {
+  Eigen::Matrix3d covariance = expected_->covariance;
+  covariance.diagonal() += Eigen::Vector3d(kSlipped, kSlipped, kSlippedAngle).cwiseAbs2();
+  return covariance;
+}
+
+double SightBelief::OffIfSlipped(const SightedPlace& place) const {
+  const Eigen::Vector3d off = LogSe2(expected_->T_map_base.Inverse() * place.T_map_base);
+  return off.dot((WithSlip() + place.covariance).ldlt().solve(off));
+}
+
+bool SightBelief::HasSlippedTo(const SightedPlace& place) const {
+  if (!expected_.has_value() || place.with_expected || IsExpected(place)) return false;
+  return OffIfSlipped(place) <= kChi2ThreeDof999;
 }
 
 bool SightBelief::IsExpected(const SightedPlace& place) const {
@@ -160,29 +189,34 @@ bool SightBelief::IsExpected(const SightedPlace& place) const {
 }
 
 double SightBelief::Enough(const SightedPlace& place) const {
+  if (HasSlippedTo(place)) return kBelieved + kSlips + 0.5 * OffIfSlipped(place) + PlacesWithin(WithSlip());
   if (!IsExpected(place)) return kBelieved + PlacesOfMap(map_->map());
-  return kBelieved + 0.5 * *OffExpected(place) + PlacesWithin(expected_->covariance);
+  return (place.with_expected ? kConfirmed : kBelieved) + 0.5 * *OffExpected(place) +
+         PlacesWithin(expected_->covariance);
 }
 
-// How often the leader has stood out. Where the robot is expected, once is enough.
+// How often the leader has stood out. Once is enough where odometry and the views agree. What has told does not tell
+// again: of the next place, views from before the wheels slipped know nothing.
 void SightBelief::Count() {
   const auto near = std::max_element(places_.begin(), places_.end(), [this](const auto& a, const auto& b) {
     return a.log_odds - Enough(a) < b.log_odds - Enough(b);
   });
   const auto best =
-      near != places_.end() && IsExpected(*near) && near->log_odds >= Enough(*near) ? near : places_.begin();
+      near != places_.end() && IsNearby(*near) && near->log_odds >= Enough(*near) ? near : places_.begin();
   const bool stands_out = best != places_.end() && StandsOut(*best);
   const bool same = stands_out && leader_.has_value() && IsSamePlace(*leader_, best->T_map_base);
-  const bool at_once = stands_out && (IsExpected(*best) || best->agreement.share() >= kAtOnce);
-  const bool refuted = stands_out && expected_.has_value() && !at_once;
+  const bool at_once = stands_out && (best->with_expected || best->agreement.share() >= kAtOnce);
+  const bool refuted = stands_out && expected_.has_value() && !IsNearby(*best) && !at_once;
   stood_out_ = !stands_out || refuted ? 0 : at_once ? kTimes : same ? stood_out_ + 1 : 1;
   leader_.reset();
   believed_.reset();
   if (stands_out) leader_ = best->T_map_base;
   if (stood_out_ < kTimes) return;
   believed_ = *best;
-  if (!believed_->with_expected) believed_->covariance /= News();
-  news_ = 0;
+  stood_out_ = 0;
+  leader_.reset();
+  views_.clear();
+  matches_.clear();
 }
 
 // Those that were carried here, those that are suggested, and the best of those that votes name.
@@ -190,7 +224,7 @@ std::vector<Rigid2> SightBelief::Candidates(const std::vector<Rigid2>& suggested
   std::vector<SightedPlace> voted;
   const std::vector<SightView> some = EveryThird(views_);
   for (const Rigid2& place : VotedPlaces(map_->table(), views_, matches_, kVoted))
-    voted.push_back(Weigh(Settle(map_->table(), place, some, IsLost()), some));
+    voted.push_back(Weigh(Settle(map_->table(), place, some), some));
   voted = WithoutDoubles(std::move(voted));
   if (voted.size() > kShortListed) voted.resize(kShortListed);
   std::vector<Rigid2> candidates = suggested;
@@ -222,10 +256,10 @@ bool SightBelief::StandsOut(const SightedPlace& best) const {
     if (other.log_odds > kBelieved && other.agreement.share() > as_good) return false;
   }
   if (best.with_expected) return true;
-  if (!expected && !IsPlaced(best)) return false;
+  if (!IsPlaced(best)) return false;
   const std::optional<double> look_alike = map_->LookAlikeShareAt(best.T_map_base, views_);
-  if (!expected && !IsItself(best, look_alike.has_value())) return false;
-  return !look_alike.has_value() || LogOddsOf(best.agreement, kTimesLookAlike * *look_alike) >= enough;
+  if (!IsItself(best, look_alike.has_value())) return false;
+  return expected || !look_alike.has_value() || LogOddsOf(best.agreement, kTimesLookAlike * *look_alike) >= enough;
 }
 
 bool SightBelief::IsPlaced(const SightedPlace& best) const {

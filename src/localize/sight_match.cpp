@@ -45,7 +45,7 @@ double HalfDiagonalCosine(const CameraModel& camera) {
 class Looker {
  public:
   Looker(const LandmarkTable& table, const std::vector<SightView>& views, std::size_t index, const Rigid2& T_map_base,
-         double window)
+         const SightWindow& window)
       : table_(table),
         view_(views[index]),
         index_(index),
@@ -107,7 +107,7 @@ class Looker {
   // The keypoint that shows the landmark; -1 where none does, or two might.
   int Find(std::size_t landmark, const Eigen::Vector2f& pixel, int octave) {
     const FrameFeatures& features = *view_.view.features;
-    const auto radius = static_cast<float>(window_ * table_.octave_scales()[static_cast<std::size_t>(octave)]);
+    const auto radius = static_cast<float>(window_.At(table_.octave_scales()[static_cast<std::size_t>(octave)]));
     indices_.clear();
     features.grid.Search(features.keypoints, pixel, radius, std::max(0, octave - 1), octave + 1, &indices_);
     indices_.erase(
@@ -143,13 +143,13 @@ class Looker {
   Eigen::Matrix3d rotation_;
   std::uint32_t heading_;   // bit of its sector
   double farthest_cosine_;  // of the angle to the corner of the image that is farthest from the axis
-  double window_;
+  SightWindow window_;
   std::vector<bool> taken_;
   std::vector<int> indices_, distances_;
 };
 
-Looked Look(const LandmarkTable& table, const Rigid2& T_map_base, const std::vector<SightView>& views, double window,
-            bool listed) {
+Looked Look(const LandmarkTable& table, const Rigid2& T_map_base, const std::vector<SightView>& views,
+            const SightWindow& window, bool listed) {
   Looked looked;
   looked.listed = listed;
   for (std::size_t v = 0; v < views.size(); ++v) {
@@ -222,53 +222,66 @@ struct Prior {
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
 };
 
+// What the sights around a place tell: of a right perturbation there.
 struct Descent {
   Eigen::Matrix3d information;
-  double weight = 0.0;  // of all sights: the number of landmarks, or of sights
+  Eigen::Vector3d best;    // the perturbation that they ask for
+  double landmarks = 0.0;  // number
 };
 
-// Moves to where most landmarks lie best; the information there, for which each landmark counts once if `each_once`.
-// Nothing where too few are found.
+// Moves to where most landmarks lie best. Nothing where too few are found.
 std::optional<Descent> Descend(const LandmarkTable& table, const Prior& prior, const std::vector<SightView>& views,
-                               bool each_once, Rigid2* T_map_base) {
+                               Rigid2* T_map_base) {
   constexpr std::array<double, 3> kWindows{30.0, 15.0, 8.0};  // px
   constexpr double kScale = 0.4;                              // of the window, of errors that count fully
   constexpr std::size_t kLeast = 6;                           // sights
   constexpr int kSteps = 6;
   constexpr double kStill = 1e-4;  // m or rad, of a step: some hundredths of a pixel
   const std::vector<ViewFromNow> from_now(views.begin(), views.end());
-  Normal normal;
-  double total = 0.0;
+  Descent descent;
   for (const double window : kWindows) {
-    const std::vector<Sight> sights = Look(table, *T_map_base, views, window, true).sights;
+    const std::vector<Sight> sights = Look(table, *T_map_base, views, {0.0, window}, true).sights;
     if (sights.size() < kLeast) return std::nullopt;
-    std::vector<double> weights(sights.size(), 1.0);
-    if (each_once) weights = WeightsOf(sights, table.landmarks().size());
-    total = std::accumulate(weights.begin(), weights.end(), 0.0);
+    const std::vector<double> weights = WeightsOf(sights, table.landmarks().size());
+    descent.landmarks = std::accumulate(weights.begin(), weights.end(), 0.0);
     for (int step = 0; step < kSteps; ++step) {
-      normal = Normal{};
-      normal.H += prior.information;
-      normal.g += prior.information * LogSe2(T_map_base->Inverse() * prior.T_map_base);
+      Normal normal;
       const Rigid2 T_now_map = T_map_base->Inverse();
       for (std::size_t i = 0; i < sights.size(); ++i)
         normal.Add(sights[i], from_now[sights[i].view], T_now_map, kScale * window, weights[i]);
-      const Eigen::Vector3d move = normal.H.ldlt().solve(normal.g);
+      descent.information = normal.H;
+      descent.best = normal.H.ldlt().solve(normal.g);
+      const Eigen::Vector3d back = prior.information * LogSe2(T_now_map * prior.T_map_base);
+      const Eigen::Matrix3d H = normal.H + prior.information;
+      const Eigen::Vector3d move = H.ldlt().solve(normal.g + back);
       *T_map_base = *T_map_base * ExpSe2(move);
+      descent.best -= move;
       if (move.norm() < kStill) break;
     }
   }
-  return Descent{normal.H, total};
+  return descent;
+}
+
+// Of what the sights tell alone: their landmarks' errors, and those of odometry between the views and of the camera's
+// height.
+Eigen::Matrix3d CovarianceOf(const Descent& descent) {
+  constexpr double kSigma = 0.06;  // m
+  constexpr double kSigmaAngle = DegreesToRadians(0.7);
+  const double excess = std::max(1.0, descent.landmarks / kMostLandmarks);
+  Eigen::Matrix3d covariance = kCorrelated * excess * descent.information.inverse();
+  covariance.diagonal() += Eigen::Vector3d(kSigma, kSigma, kSigmaAngle).cwiseAbs2();
+  return covariance;
 }
 
 }  // namespace
 
 Agreement Compare(const LandmarkTable& table, const Rigid2& T_map_base, const std::vector<SightView>& views,
-                  double window) {
+                  const SightWindow& window) {
   return Look(table, T_map_base, views, window, false).agreement;
 }
 
 AgreementByKind CompareByKind(const LandmarkTable& table, const Rigid2& T_map_base, const std::vector<SightView>& views,
-                              double window) {
+                              const SightWindow& window) {
   const Looked looked = Look(table, T_map_base, views, window, true);
   std::vector<int> visible(table.landmarks().size(), 0), found(table.landmarks().size(), 0);
   for (const std::size_t i : looked.visible) ++visible[i];
@@ -284,34 +297,34 @@ AgreementByKind CompareByKind(const LandmarkTable& table, const Rigid2& T_map_ba
   return agreement;
 }
 
-SettledPlace Settle(const LandmarkTable& table, const Rigid2& guess, const std::vector<SightView>& views,
-                    bool each_once) {
-  constexpr double kSigma = 0.06;  // m, that odometry between the views and the height of the camera leave
-  constexpr double kSigmaAngle = DegreesToRadians(0.7);
+SettledPlace Settle(const LandmarkTable& table, const Rigid2& guess, const std::vector<SightView>& views) {
   SettledPlace place{guess};
-  const std::optional<Descent> descent = Descend(table, Prior{guess}, views, each_once, &place.T_map_base);
-  if (!descent.has_value()) return place;
-  const Eigen::Vector3d model(kSigma, kSigma, kSigmaAngle);
-  const double excess = each_once ? std::max(1.0, descent->weight / kMostLandmarks) : 1.0;
-  place.covariance = kCorrelated * excess * descent->information.inverse();
-  place.covariance += model.cwiseAbs2().asDiagonal();
+  const std::optional<Descent> descent = Descend(table, Prior{guess}, views, &place.T_map_base);
+  if (descent.has_value()) place.covariance = CovarianceOf(*descent);
   return place;
 }
 
 SettledPlace SettleExpected(const LandmarkTable& table, const SettledPlace& expected,
-                            const std::vector<SightView>& views, double news) {
+                            const std::vector<SightView>& views, double share) {
   SettledPlace place = expected;
   place.with_expected = true;
-  const double weight = kCorrelated / news;
-  const Prior prior{expected.T_map_base, weight * expected.covariance.inverse()};
-  const std::optional<Descent> descent = Descend(table, prior, views, false, &place.T_map_base);
-  if (descent.has_value()) place.covariance = weight * descent->information.inverse();
+  const Eigen::Matrix3d& P = expected.covariance;
+  const Prior prior{expected.T_map_base, kCorrelated / share * P.inverse()};
+  const std::optional<Descent> descent = Descend(table, prior, views, &place.T_map_base);
+  if (!descent.has_value()) return place;
+  // A Kalman update, around where the search ended.
+  const Eigen::Vector3d before = LogSe2(place.T_map_base.Inverse() * expected.T_map_base);
+  const Eigen::Matrix3d total = P + CovarianceOf(*descent) / share;
+  const Eigen::Matrix3d gain = total.ldlt().solve(P).transpose();
+  place.T_map_base = place.T_map_base * ExpSe2(before + gain * (descent->best - before));
+  const Eigen::Matrix3d reduced = P - gain * P;
+  place.covariance = 0.5 * (reduced + reduced.transpose());
   return place;
 }
 
 double ShareByChance(const LandmarkTable& table, const Rigid2& T_map_base, const std::vector<SightView>& views) {
   constexpr double kTurn = DegreesToRadians(4.0);  // beyond every window, and much the same landmarks in view
-  constexpr double kWindow = 6.0;                  // px
+  constexpr SightWindow kWindow{0.0, 6.0};         // px
   constexpr double kPrior = 60.0;                  // landmarks' worth of doubt where few are in view
   double found = 2.0, visible = 0.0;
   for (const double turn : {-kTurn, kTurn}) {

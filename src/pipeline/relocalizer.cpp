@@ -57,11 +57,11 @@ std::optional<PlanarFix> Relocalizer::Find(const PlaceQuery& query) {
     return std::nullopt;
   }
   if (!finder_.has_value()) {
-    if (sight_map_ == nullptr || &sight_map_->map() != query.map.get()) {
-      sight_map_ = std::make_shared<SightMap>(query.map);
-      view_map_ = std::make_shared<SightMap>(query.map);
+    if (searched_.map != query.map) {
+      const auto prepare = [map = query.map] { return std::make_shared<SightMap>(map); };
+      searched_ = {query.map, Submit(executor_.get(), prepare).share()};
     }
-    finder_.emplace(map_laser_.field, localized, view_map_, SightSearch(sight_map_, executor_.get()));
+    finder_.emplace(map_laser_.field, localized, searched_.sights, SightSearch(searched_.sights, executor_.get()));
   }
   finder_->Add(query.packet, query.step->T_i_j);
   const std::optional<SettledPlace> found = finder_->Found();

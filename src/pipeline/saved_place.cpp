@@ -42,16 +42,19 @@ void PlaceFinder::Add(const FramePacket& packet, const Rigid2& step) {
 // Looks once as if the robot is there, and once as if it is turned by some degrees: then landmarks lie where they do
 // not belong.
 double PlaceFinder::LookFrom(const Rigid2& place, const CameraView& view) {
-  constexpr double kWindow = 12.0;  // px: a few centimetres and half a degree
+  constexpr double kPlace = DegreesToRadians(0.75);  // a few centimetres and half a degree
+  constexpr double kKeypoint = 4.0;                  // px at octave 0
   constexpr std::array<double, 4> kTurned{DegreesToRadians(-8.0), DegreesToRadians(-4.0), DegreesToRadians(4.0),
                                           DegreesToRadians(8.0)};
+  const SightWindow window{kPlace * view.camera.fx, kKeypoint};
+  const LandmarkTable& table = map_.get()->table();
   const std::vector<SightView> views{{Rigid2(), view}};
   Agreement by_chance;
   for (const double turned : kTurned) {
-    const Agreement seen = Compare(map_->table(), place * Rigid2(0.0, 0.0, turned), views, kWindow);
+    const Agreement seen = Compare(table, place * Rigid2(0.0, 0.0, turned), views, window);
     by_chance.visible += seen.visible, by_chance.found += seen.found;
   }
-  return SightLogOdds(Compare(map_->table(), place, views, kWindow), by_chance);
+  return SightLogOdds(Compare(table, place, views, window), by_chance);
 }
 
 void PlaceFinder::AddView(const CameraView& view, const std::vector<Placement>& seen,
@@ -65,7 +68,7 @@ void PlaceFinder::AddView(const CameraView& view, const std::vector<Placement>& 
 }
 
 void PlaceFinder::AddViewBesideLaser(const CameraView& view, const std::vector<Placement>& seen) {
-  if (!belief_.WantsView()) return;
+  if (!belief_.WantsView() || !IsReady(map_, false)) return;
   constexpr std::size_t kContenders = 6;
   constexpr double kBehind = 12.0;  // log odds behind the best: few views bring such a place back
   std::vector<Rigid2> contenders;

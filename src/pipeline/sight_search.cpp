@@ -10,8 +10,10 @@ bool SightSearch::WantsView() const {
 
 void SightSearch::AddView(const CameraView& view, std::vector<Rigid2> suggested,
                           const std::optional<SettledPlace>& expected) {
-  const auto look = [belief = belief_, moved = std::exchange(T_view_now_, Rigid2()), view,
+  const auto look = [map = map_, kept = belief_, moved = std::exchange(T_view_now_, Rigid2()), view,
                      suggested = std::move(suggested), expected]() -> std::optional<SettledPlace> {
+    if (!kept->has_value()) kept->emplace(map.get());
+    SightBelief* belief = &**kept;
     belief->Move(moved);
     belief->AddView(view, suggested, expected);
     if (!belief->Believed().has_value()) return std::nullopt;

@@ -21,16 +21,17 @@ constexpr double kStep = 0.22;  // m between views: each is a new place
 
 class Driver {
  public:
-  // `expected`: where odometry takes the robot to be at its first place, to half a metre and ten degrees.
-  Driver(const test::SyntheticWorld& shown, const Map& map, const std::optional<Rigid2>& expected = std::nullopt)
+  // `expected`: where odometry takes the robot to be at its first place, to `distance` m and 20 degrees a metre.
+  Driver(const test::SyntheticWorld& shown, const Map& map, const std::optional<Rigid2>& expected = std::nullopt,
+         double distance = 0.5)
       : shown_(shown), belief_(std::make_shared<SightMap>(std::make_shared<const Map>(map))) {
-    constexpr double kDistance = 0.5, kAngle = DegreesToRadians(10.0);
     if (!expected.has_value()) return;
     expected_ = SettledPlace{*expected};
-    expected_->covariance = Eigen::Vector3d(kDistance, kDistance, kAngle).cwiseAbs2().asDiagonal();
+    const double angle = DegreesToRadians(20.0) * distance;
+    expected_->covariance = Eigen::Vector3d(distance, distance, angle).cwiseAbs2().asDiagonal();
   }
 
-  // It looks in another direction than the map's robot did, rad.
+  // From here on it looks in another direction than the map's robot did, rad. Odometry does not notice.
   void Turn(double angle) { turned_ = Rigid2(0.0, 0.0, angle); }
 
   // The robot drives to its next place and sees this share of the landmarks there; `of_its_own`: the part of it of
@@ -51,10 +52,12 @@ class Driver {
     belief_.AddView({features, shown_.T_base_camera, shown_.camera, PlanarPriorOptions{}, 1.0}, {}, expected_);
     truth_ = ProjectToPlane(T_map_base);
     x_ += kStep;
+    if (expected_.has_value() && belief_.Believed().has_value()) expected_ = *belief_.Believed();
   }
 
   const SightBelief& belief() const { return belief_; }
   const Rigid2& truth() const { return truth_; }
+  const std::optional<SettledPlace>& expected() const { return expected_; }
 
  private:
   const test::SyntheticWorld& shown_;
@@ -205,6 +208,36 @@ TEST(SightBelief, LittleThatIsUniqueIsEnoughFromAnotherSideOnly) {
   }
   ASSERT_TRUE(from_another_side.belief().Believed().has_value());
   EXPECT_TRUE(IsSamePlace(from_another_side.belief().Believed()->T_map_base, from_another_side.truth()));
+}
+
+// Images from before the wheels slipped still agree with where odometry leads: they have told, and do not tell again.
+TEST(SightBelief, WheelsThatSlipAreNotConfirmedByWhatWasSeenBefore) {
+  constexpr double kSlip = DegreesToRadians(4.0);
+  const test::SyntheticWorld world = MakeWorld(9);
+  Driver driver(world, world.map, ProjectToPlane(test::SyntheticPose(0.4)), 0.02);
+  for (int place = 0; place < 3; ++place) driver.See(0.3);
+  ASSERT_TRUE(driver.belief().Believed().has_value()) << "odometry and images agree";
+  driver.Turn(kSlip);
+  bool noticed = false;
+  for (int place = 3; place < 9; ++place) {
+    driver.See(0.3);
+    if (!driver.belief().Believed().has_value()) continue;
+    EXPECT_LT(std::abs(WrapAngle(driver.expected()->T_map_base.angle - driver.truth().angle)), 0.3 * kSlip) << place;
+    noticed = true;
+  }
+  EXPECT_TRUE(noticed);
+}
+
+TEST(SightBelief, SeveralPlacesHaveToAgreeWhereTheRobotIsExpectedSomewhereAround) {
+  const test::SyntheticWorld world = MakeWorld(10);
+  const Rigid2 about = ProjectToPlane(test::SyntheticPose(0.4)) * Rigid2(0.3, -0.2, 0.1);
+  Driver well_known(world, world.map, ProjectToPlane(test::SyntheticPose(0.4)), 0.05), around(world, world.map, about);
+  well_known.See(0.3);
+  EXPECT_TRUE(well_known.belief().Believed().has_value());
+  for (int place = 0; place < 2; ++place) {
+    around.See(0.3);
+    EXPECT_FALSE(around.belief().Believed().has_value()) << place;
+  }
 }
 
 TEST(SightBelief, WhatIsFarFromWhereTheRobotIsExpectedHasToShowNearlyAll) {

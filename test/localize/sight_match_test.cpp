@@ -44,12 +44,41 @@ TEST(SightMatch, ManyLandmarksAreNoBetterThanTheCameraIs) {
   EXPECT_NEAR(very_many, many, 0.3 * many);
 }
 
+// The same landmarks, seen from place to place, have the same errors: they do not average out.
+TEST(SightMatch, ConfirmingAPlaceForSomeMetresMakesItNoBetterThanTheLandmarksAre) {
+  constexpr int kViews = 15;
+  constexpr double kBest = 0.03;  // m
+  const test::SyntheticWorld world = MakeSyntheticWorld(test::SyntheticWorldOptions{});
+  const LandmarkTable table(world.map);
+  const Rigid3 T_map_base = test::SyntheticPose(0.8);
+  const std::vector<SightView> views{ViewFrom(world, T_map_base, T_map_base)};
+  SettledPlace place{ProjectToPlane(T_map_base) * Rigid2(0.1, 0.05, 0.0)};
+  place.covariance = Eigen::Vector3d(0.1, 0.1, 0.03).cwiseAbs2().asDiagonal();
+  for (int i = 0; i < kViews; ++i) place = SettleExpected(table, place, views, 1.0 / kViews);
+  EXPECT_GT(std::sqrt(place.covariance(0, 0)), kBest);
+  EXPECT_GT(std::sqrt(place.covariance(1, 1)), kBest);
+  EXPECT_LT((place.T_map_base.translation - ProjectToPlane(T_map_base).translation).norm(), 0.06);
+}
+
+// What a place may be off is as many pixels for a keypoint of any octave.
+TEST(SightMatch, TheWindowOfAPlaceDoesNotGrowWithTheOctave) {
+  constexpr double kScale = 3.6;
+  test::SyntheticWorld world = MakeSyntheticWorld(test::SyntheticWorldOptions{});
+  world.map.octave_scales = {kScale};
+  const LandmarkTable table(world.map);
+  const Rigid3 T_map_base = test::SyntheticPose(0.8);
+  const std::vector<SightView> views{ViewFrom(world, T_map_base, T_map_base)};
+  const Rigid2 turned = ProjectToPlane(T_map_base) * Rigid2(0.0, 0.0, DegreesToRadians(2.0));  // 21 px and more
+  EXPECT_GT(Compare(table, turned, views, {0.0, 12.0}).share(), 0.5);
+  EXPECT_LT(Compare(table, turned, views, {8.0, 2.0}).share(), 0.1);
+}
+
 TEST(SightMatch, EachUniqueLandmarkCountsOnce) {
   const test::SyntheticWorld world = MakeSyntheticWorld(test::SyntheticWorldOptions{});
   const LandmarkTable table(world.map);
   const Rigid3 T_map_base = test::SyntheticPose(0.8);
   const std::vector<SightView> twice(2, ViewFrom(world, T_map_base, T_map_base));
-  constexpr double kWindow = 6.0;
+  constexpr SightWindow kWindow{0.0, 6.0};
   const Agreement all = Compare(table, ProjectToPlane(T_map_base), twice, kWindow);
   const AgreementByKind by_kind = CompareByKind(table, ProjectToPlane(T_map_base), twice, kWindow);
   EXPECT_GT(all.found, 100);

@@ -13,14 +13,14 @@ namespace planar_vslam {
 std::optional<double> LookAlikeShare(const LandmarkTable& table, const Map& map, const Rigid2& T_map_base,
                                      const std::vector<SightView>& views);
 
-// A map to be searched by images. What the search needs of it is made when it is asked for first; an answer about
-// look-alikes counts for a metre around. One thread.
+// A map to be searched by images. An answer about look-alikes is made when it is asked for first, by one thread, and
+// counts for a metre around; the rest never changes, and any thread may read it.
 class SightMap {
  public:
-  explicit SightMap(std::shared_ptr<const Map> map) : map_(std::move(map)) {}
+  explicit SightMap(std::shared_ptr<const Map> map) : map_(std::move(map)), table_(*map_) {}
 
   const Map& map() const { return *map_; }
-  const LandmarkTable& table();
+  const LandmarkTable& table() const { return table_; }
   std::optional<double> LookAlikeShareAt(const Rigid2& T_map_base, const std::vector<SightView>& views);
 
  private:
@@ -31,7 +31,7 @@ class SightMap {
   };
 
   std::shared_ptr<const Map> map_;
-  std::optional<LandmarkTable> table_;
+  LandmarkTable table_;
   std::vector<Answer> answers_;
 };
 

@@ -15,8 +15,10 @@
 // known to some decimetres.
 //
 // Where odometry says where the robot is expected, its covariance P makes the odds of a place there, d off, less by
-// d^T (P + Sigma)^-1 d / 2  and by the log of how many places the covariance covers. Beyond its 99.9 % ellipse a place
-// has to show what nothing but the place itself shows.
+// d^T (P + Sigma)^-1 d / 2  and by the log of how many places the covariance covers. Where P is no larger than a place,
+// a new view confirms or corrects it as soon as it speaks for it. Where P is larger, or the place is as far beyond the
+// 99.9 % ellipse as wheels slip, places have to agree as if the robot were lost. Farther away a place has to show what
+// nothing but the place itself shows.
 #include <memory>
 #include <optional>
 #include <vector>
@@ -59,12 +61,16 @@ class SightBelief {
   bool IsExpected(const SightedPlace& place) const;
   // Log odds that it takes to believe in a place.
   double Enough(const SightedPlace& place) const;
-  // What of all that the views show is not part of a place yet that was believed.
-  double News() const;
+  // Whether odometry says where it is, to within a place.
+  bool IsTracked() const;
+  // Whether it is there if the wheels have slipped, and not if they have not.
+  bool HasSlippedTo(const SightedPlace& place) const;
+  bool IsNearby(const SightedPlace& place) const { return IsExpected(place) || HasSlippedTo(place); }
+  // P, if the wheels have slipped, and d^T (P + Sigma)^-1 d with it.
+  Eigen::Matrix3d WithSlip() const;
+  double OffIfSlipped(const SightedPlace& place) const;
   // Whether it is the one place the views speak for, as far as they were looked at.
   bool StandsOut(const SightedPlace& best) const;
-  // Whether the robot may be anywhere.
-  bool IsLost() const { return !expected_.has_value(); }
   // Where it may be, or is not expected: whether the views tell where it is in all directions...
   bool IsPlaced(const SightedPlace& best) const;
   // ...and that it is not at another thing of the same kind. `as_mapped`: the map has looked from there, too.
@@ -79,7 +85,6 @@ class SightBelief {
   std::optional<Rigid2> leader_;                   // at the last view, that has stood out
   int stood_out_ = 0;                              // views at which it did while it led
   std::optional<SightedPlace> believed_;
-  std::size_t news_ = 0;  // views since a place was believed
 };
 
 }  // namespace planar_vslam

@@ -22,9 +22,16 @@ struct Agreement {
   double share() const { return visible == 0 ? 0.0 : static_cast<double>(found) / visible; }
 };
 
-// `window`: px at octave 0 that a landmark may lie off.
+// How far a landmark may lie off, px: what the place may be off moves keypoints of all octaves alike, and a keypoint is
+// as much less exact as its octave's pixels are larger.
+struct SightWindow {
+  double by_place = 0.0, by_keypoint = 0.0;  // the latter at octave 0
+
+  double At(double octave_scale) const { return by_place + by_keypoint * octave_scale; }
+};
+
 Agreement Compare(const LandmarkTable& table, const Rigid2& T_map_base, const std::vector<SightView>& views,
-                  double window);
+                  const SightWindow& window);
 
 // The same for landmarks that are like nothing elsewhere in the map, and for those that look steady, which are found
 // more often: another thing of the same kind shows the ones that are alike, and not the unique ones. Each landmark
@@ -38,7 +45,7 @@ struct AgreementByKind {
   Count unique, steady_unique, steady_alike;
 };
 AgreementByKind CompareByKind(const LandmarkTable& table, const Rigid2& T_map_base, const std::vector<SightView>& views,
-                              double window);
+                              const SightWindow& window);
 
 // A place, with its covariance: of a right perturbation [x, y, angle].
 struct SettledPlace {
@@ -48,14 +55,12 @@ struct SettledPlace {
 };
 
 // The place near `guess`, within some 0.3 m and 5 degrees, where most landmarks lie best. The guess where too few are
-// found.
-// `each_once`: each landmark counts once, however many images show it; one that lies wrong does so in all.
-SettledPlace Settle(const LandmarkTable& table, const Rigid2& guess, const std::vector<SightView>& views,
-                    bool each_once = true);
-// The same from where the robot is expected, which takes part with its covariance. `news`: the share of what the views
-// show that is not part of the expectation yet.
+// found. Each landmark counts once, however many images show it; one that lies wrong does so in all.
+SettledPlace Settle(const LandmarkTable& table, const Rigid2& guess, const std::vector<SightView>& views);
+// The same from where the robot is expected, which takes part with its covariance. The same landmarks are in view for
+// some metres: `share` of these are the views, which tell as much of what all of them do.
 SettledPlace SettleExpected(const LandmarkTable& table, const SettledPlace& expected,
-                            const std::vector<SightView>& views, double news);
+                            const std::vector<SightView>& views, double share);
 
 // The share of landmarks that the images would show by chance, around there: what is found from a place where the robot
 // is turned by some degrees, and landmarks lie where they do not belong.

@@ -64,8 +64,9 @@ void EndOn(Executor* executor, std::unique_ptr<Value> value) {
   executor->Submit([ends = std::shared_ptr<Value>(std::move(value))] {});
 }
 
-template <class Value>
-bool IsReady(const std::future<Value>& value, bool wait) {
+// `Future`: std::future or std::shared_future.
+template <class Future>
+bool IsReady(const Future& value, bool wait) {
   if (wait) value.wait();
   return value.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
 }

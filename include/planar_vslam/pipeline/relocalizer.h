@@ -63,12 +63,17 @@ class Relocalizer {
   PlanarFix WithDrift(PlanarFix fix) const;
 
   RelocalizerOptions options_;
-  MapLaser map_laser_;                   // of the map that was started in
-  std::shared_ptr<SightMap> sight_map_;  // of the map that was searched last: the executor's...
-  std::shared_ptr<SightMap> view_map_;   // ...and the tracking's
-  std::optional<PlaceFinder> finder_;    // while the place is unknown
-  std::optional<Timestamp> fixed_;       // frame of which the laser told the whole pose, the last one
-  int unconfirmed_ = 0;                  // frames in a row whose pose neither camera nor laser told
+  // The map that was searched last, and what a search by images needs of it.
+  struct Searched {
+    std::shared_ptr<const Map> map;
+    SightMapFuture sights;
+  };
+
+  MapLaser map_laser_;  // of the map that was started in
+  Searched searched_;
+  std::optional<PlaceFinder> finder_;  // while the place is unknown
+  std::optional<Timestamp> fixed_;     // frame of which the laser told the whole pose, the last one
+  int unconfirmed_ = 0;                // frames in a row whose pose neither camera nor laser told
   BlindDrift drift_;
   std::unique_ptr<Executor> executor_;  // last: its jobs end before the rest goes
 };

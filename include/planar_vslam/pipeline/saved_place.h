@@ -24,10 +24,9 @@ MapLaser LaserOf(const Map& map, const ScanMatchOptions& options);
 
 class PlaceFinder {
  public:
-  // `localized`: odometry says about where the robot is. `map`: for views beside the laser, which are weighed at once;
-  // `sight` has one of its own.
-  PlaceFinder(std::shared_ptr<const LikelihoodField> field, bool localized, std::shared_ptr<SightMap> map,
-              SightSearch sight)
+  // `localized`: odometry says about where the robot is. `map`: for views beside the laser, which are weighed at once,
+  // as soon as it is ready; `sight` has the same.
+  PlaceFinder(std::shared_ptr<const LikelihoodField> field, bool localized, SightMapFuture map, SightSearch sight)
       : waits_for_sweeps_(field != nullptr),
         belief_(std::move(field), localized),
         map_(std::move(map)),
@@ -52,7 +51,7 @@ class PlaceFinder {
   bool waits_for_sweeps_;  // for some packets, before images have to do
   int packets_ = 0;
   PlaceBelief belief_;
-  std::shared_ptr<SightMap> map_;
+  SightMapFuture map_;
   SightSearch sight_;
 };
 

@@ -11,11 +11,14 @@
 
 namespace planar_vslam {
 
+// A map that is made ready to be searched by an earlier job.
+using SightMapFuture = std::shared_future<std::shared_ptr<SightMap>>;
+
 class SightSearch {
  public:
-  // `executor`, of one thread, outlives this.
-  SightSearch(std::shared_ptr<SightMap> map, Executor* executor)
-      : belief_(std::make_shared<SightBelief>(std::move(map))), executor_(executor) {}
+  // `executor`, of one thread, makes the map ready, and outlives this.
+  SightSearch(SightMapFuture map, Executor* executor)
+      : map_(std::move(map)), belief_(std::make_shared<std::optional<SightBelief>>()), executor_(executor) {}
 
   // The robot moved.
   void Move(const Rigid2& step) { T_view_now_ = T_view_now_ * step; }
@@ -26,7 +29,8 @@ class SightSearch {
   std::optional<SettledPlace> Found();
 
  private:
-  std::shared_ptr<SightBelief> belief_;  // the job's, while there is one
+  SightMapFuture map_;
+  std::shared_ptr<std::optional<SightBelief>> belief_;  // the jobs', from the first one on
   Executor* executor_;
   Rigid2 T_view_now_;  // since the last view
   bool viewed_ = false;
