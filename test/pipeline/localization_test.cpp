@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "localize/floor_plan.h"
 #include "planar_vslam/pipeline/estimator.h"
 #include "planar_vslam/pipeline/known_map.h"
 #include "planar_vslam/pipeline/mapper_context.h"
@@ -38,11 +39,12 @@ class LocalizationTest : public ::testing::Test {
     const auto origin = (first.nanoseconds - WallDrive::StampOf(0).nanoseconds) / WallDrive::kPeriod;
     return WallDrive::kStep * static_cast<double>(position - origin);
   }
-  std::unique_ptr<Localization> InMap() {
+  std::unique_ptr<Localization> InMap() { return In(Saved().map); }
+  static std::unique_ptr<Localization> In(const Map& map) {
     const PipelineOptions options;
     auto localization = std::make_unique<Localization>(options, MeasurementModelOf(options, WallDrive::Camera(), true),
                                                        Schedule::kInline, 0);
-    localization->StartIn(std::make_shared<const Map>(Saved().map));
+    localization->StartIn(std::make_shared<const Map>(map));
     return localization;
   }
   // The next image, at `position`, where the wheels have measured `beyond` more than the way from the one before.
@@ -76,6 +78,58 @@ TEST_F(LocalizationTest, TheLastFrameGoesWithAMapThatChanges) {
   localization->Follow(change);
   const Rigid2 off = (T_new_old * before).Inverse() * localization->LastFix()->T_map_base;
   EXPECT_LT(LogSe2(off).norm(), 1e-9);
+}
+
+// The wall is one of a room that is the same to the laser when it is turned by 180 degrees: the camera finds it first.
+class LocalizationInARoom : public LocalizationTest {
+ protected:
+  LocalizationInARoom() { room_.Box(-3.0, -1.5, 4.2, 2.0); }
+
+  Map WithSweeps() {
+    Map map = Saved().map;
+    for (const KeyframeId id : map.keyframes.Ids()) {
+      const Rigid2 T_map_base = ProjectToPlane(map.keyframes.At(id).T_map_base);
+      std::vector<LaserSweep>& sweeps = map.keyframes.Edit(id).sweeps;
+      sweeps.clear();
+      for (const Rigid2& turned : {Rigid2(), Rigid2(0.0, 0.0, M_PI)}) {  // all round
+        const auto scan = std::make_shared<const PlanarScan>(room_.Sweep(T_map_base * turned, id.value + 1));
+        sweeps.push_back({scan, test::FloorPlan::T_base_laser(), turned});
+      }
+    }
+    return map;
+  }
+  // The first frame with a pose, of a drive along the wall of which the pictures were moved by so many m.
+  FrameReport FirstPose(double moved) {
+    const std::unique_ptr<Localization> localization = In(WithSweeps());
+    FrameReport report;
+    for (int p = 40; p < 60 && !report.T_map_base.has_value(); p += kStride) {
+      report = FrameReport{};
+      FramePacket packet = PacketAt(p);
+      true_x_ = MapX(p) - moved;
+      const Rigid2 T_map_base(true_x_, 0.0, 0.0);
+      packet.scans.push_back({room_.Sweep(T_map_base, 7), test::FloorPlan::T_base_laser(), Rigid2()});
+      localization->Locate(packet, KeyframeSlot::kNone, &report, nullptr);
+    }
+    return report;
+  }
+
+  test::FloorPlan room_;
+  double true_x_ = 0.0;
+};
+
+TEST_F(LocalizationInARoom, AFirstPoseByTheCameraIsConfirmedByTheLaser) {
+  const FrameReport first = FirstPose(0.0);
+  ASSERT_TRUE(first.T_map_base.has_value());
+  EXPECT_EQ(first.state, TrackingState::kRelocalized);
+  EXPECT_GT(first.inliers, 0);
+  EXPECT_NEAR(first.T_map_base->translation.x(), true_x_, 0.02);
+}
+
+TEST_F(LocalizationInARoom, AFirstPoseByWhatWasMovedIsPutWhereTheLaserHasIt) {
+  const FrameReport first = FirstPose(0.12);
+  ASSERT_TRUE(first.T_map_base.has_value());
+  EXPECT_EQ(first.state, TrackingState::kRelocalized) << "the laser tells it, though the camera does not follow";
+  EXPECT_NEAR(first.T_map_base->translation.x(), true_x_, 0.03);
 }
 
 TEST_F(LocalizationTest, AKnownMapTellsWhereAFrameIsNotWhatIsPublishedOfIt) {
