@@ -1,6 +1,7 @@
 #include "planar_vslam/frontend/tracker.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "frame_track.h"
 #include "planar_vslam/geometry/check.h"
@@ -44,7 +45,7 @@ void Tracker::Start(const Map& map, KeyframeId keyframe) {
   last_ = LastFrame{};
   last_->T_base_camera = map.keyframes.At(keyframe).T_base_camera;
   last_->tracked = true;
-  last_->since_wanted = PlanarMotion{};
+  last_->wanted = OdometryAnchor{};
   last_->agreement = ScaleAgreement(std::prev(map.keyframes.end())->first);
   OnKeyframe(map, keyframe, Rigid3());
 }
@@ -84,8 +85,7 @@ void Tracker::OnKeyframe(const Map& map, KeyframeId keyframe, const Rigid3& T_ke
   if (!last_.has_value()) return;
   const Keyframe& k = map.keyframes.At(keyframe);
   last_->ReferTo(keyframe, k.T_map_base, T_keyframe_last * last_->T_ref_base.Inverse());
-  if (last_->since_wanted.has_value()) last_->anchor = OdometryAnchor{PoseBelief{}, *last_->since_wanted};
-  last_->since_wanted.reset();
+  if (last_->wanted.has_value()) last_->anchor = std::exchange(last_->wanted, std::nullopt);
   const std::vector<LandmarkId> landmarks = ValidOnly(k.landmarks);
   if (last_->tracked) last_->landmarks = landmarks;
   reference_landmarks_ = CountObserved(map, landmarks, kWellObserved);
@@ -225,15 +225,18 @@ void Tracker::Remember(const TrackInput& input, const Map& map, const FrameTrack
 
 void Tracker::RememberOdometry(const TrackInput& input, bool anchored, bool wants_keyframe) {
   if (anchored && input.odometry.has_value()) {
-    if (last_->anchor.has_value()) last_->anchor->since = Compose(last_->anchor->since, *input.odometry);
-    if (last_->since_wanted.has_value()) last_->since_wanted = Compose(*last_->since_wanted, *input.odometry);
+    for (std::optional<OdometryAnchor>* from : {&last_->anchor, &last_->wanted}) {
+      if (from->has_value()) (*from)->since = Compose((*from)->since, *input.odometry);
+    }
   } else {
     last_->anchor.reset();
-    last_->since_wanted.reset();
+    last_->wanted.reset();
     const bool starts_here = input.slot != KeyframeSlot::kNone && input.odometry.has_value() && last_->tracked;
     if (starts_here) last_->anchor = OdometryAnchor{{last_->T_ref_base, last_->covariance}, PlanarMotion{}};
   }
-  if (wants_keyframe) last_->since_wanted = PlanarMotion{};
+  if (!wants_keyframe) return;
+  last_->wanted = OdometryAnchor{};
+  if (!last_->tracked) last_->wanted->start.covariance = last_->covariance;
 }
 
 }  // namespace planar_vslam

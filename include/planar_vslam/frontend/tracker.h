@@ -132,6 +132,7 @@ struct PoseBelief {
 };
 
 // Where a way by odometry alone begins, and what odometry measured since: at the last keyframe, or where it was wrong.
+// The landmarks around a keyframe that was placed by its view are as far off as it is: it has no covariance of its own.
 struct OdometryAnchor {
   PoseBelief start;
   PlanarMotion since;
@@ -167,12 +168,12 @@ struct LastFrame {
   Matrix6d filtered_covariance = Matrix6d::Zero();
   std::optional<OdometryAnchor> anchor;
   ScaleAgreement agreement;
-  std::optional<PlanarMotion> since_wanted;  // odometry since the frame that wants to be the next keyframe
-  std::vector<LandmarkId> landmarks;         // matched ones only
-  std::optional<Rigid3> velocity;            // T_last_base of the frame before: constant-motion model without odometry
-  bool tracked = false;                      // the pose is from vision
-  int blind_frames = 0;                      // since the last one whose pose was
-  bool given = false;                        // the pose goes back to one that was given, and no view has confirmed it
+  std::optional<OdometryAnchor> wanted;  // the anchor as soon as the frame that wants to be is a keyframe
+  std::vector<LandmarkId> landmarks;     // matched ones only
+  std::optional<Rigid3> velocity;        // T_last_base of the frame before: constant-motion model without odometry
+  bool tracked = false;                  // the pose is from vision
+  int blind_frames = 0;                  // since the last one whose pose was
+  bool given = false;                    // the pose goes back to one that was given, and no view has confirmed it
 
   Rigid3 ReferencePose(const Map& map) const;
   Rigid3 T_map_base(const Map& map) const { return ReferencePose(map) * T_ref_base; }
