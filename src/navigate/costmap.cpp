@@ -124,7 +124,8 @@ void Costmap::ClearBeam(const Eigen::Vector2d& from, const Eigen::Vector2d& to) 
   }
 }
 
-void Costmap::AddSweep(double time, const Rigid2& T_map_laser, const PlanarScan& scan) {
+void Costmap::AddSweep(double time, const Rigid2& T_map_laser, const PlanarScan& scan,
+                       const std::vector<std::size_t>& people) {
   if (!has_map() || !T_map_laser.translation.allFinite() || !std::isfinite(T_map_laser.angle)) return;
   std::vector<int> hits;
   for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
@@ -136,7 +137,8 @@ void Costmap::AddSweep(double time, const Rigid2& T_map_laser, const PlanarScan&
     // The last cell and the one before it belong to what was hit.
     const double clear = std::min(range, options_.mark_range) - (hit ? 1.5 * map_.resolution : 0.0);
     if (clear > 0.0) ClearBeam(T_map_laser.translation, T_map_laser * (direction * clear));
-    const int cell = hit ? CellOf(T_map_laser * (direction * range)) : -1;
+    const bool marks = hit && !std::binary_search(people.begin(), people.end(), i);
+    const int cell = marks ? CellOf(T_map_laser * (direction * range)) : -1;
     if (cell >= 0 && !IsExplained(cell)) hits.push_back(cell);
   }
   for (const int cell : hits) {
@@ -186,6 +188,11 @@ double Costmap::ClearanceOfCell(int cell, Layers layers) const {
 double Costmap::Clearance(const Eigen::Vector2d& p_map, Layers layers) const {
   const int cell = CellOf(p_map);
   return cell < 0 ? kNever : ClearanceOfCell(cell, layers);
+}
+
+double Costmap::DistanceToMap(const Eigen::Vector2d& p_map) const {
+  const int cell = CellOf(p_map);
+  return cell < 0 ? kNever : static_cast<double>(map_distance_[Index(cell)]) - 0.5 * map_.resolution;
 }
 
 double Costmap::CostOfCell(int cell, Layers layers) const {

@@ -21,10 +21,11 @@ std::string Text(const char* format, double a, double b, double c = 0.0) {
 
 class Search {
  public:
-  Search(const Costmap& costmap, const NavigateOptions& options, Layers layers)
+  Search(const Costmap& costmap, const NavigateOptions& options, Layers layers, const std::vector<float>& extra)
       : costmap_(costmap),
         options_(options),
         layers_(layers),
+        extra_(extra),
         width_(costmap.map().width),
         height_(costmap.map().height) {}
 
@@ -81,9 +82,10 @@ class Search {
         const int next = (y + dy) * width_ + x + dx;
         if (!Fits(next)) continue;
         const double length = dx != 0 && dy != 0 ? M_SQRT2 : 1.0;
+        const double extra = extra_.empty() ? 0.0 : static_cast<double>(extra_[Index(next)]);
         const auto cost =
             static_cast<float>(static_cast<double>(cost_[Index(cell)]) +
-                               length * (1.0 + options_.inflation_weight * costmap_.CostOfCell(next, layers_)));
+                               length * (1.0 + extra + options_.inflation_weight * costmap_.CostOfCell(next, layers_)));
         if (cost >= cost_[Index(next)]) continue;
         cost_[Index(next)] = cost;
         parent_[Index(next)] = cell;
@@ -103,6 +105,7 @@ class Search {
   const Costmap& costmap_;
   const NavigateOptions& options_;
   Layers layers_;
+  const std::vector<float>& extra_;
   int width_, height_, goal_ = 0;
   std::vector<float> cost_;
   std::vector<int> parent_;
@@ -147,7 +150,7 @@ Plan CheckGoal(const Costmap& costmap, const NavigateOptions& options, const Eig
 }  // namespace
 
 Plan PlanPath(const Costmap& costmap, const NavigateOptions& options, const Eigen::Vector2d& start,
-              const Eigen::Vector2d& goal, Layers layers) {
+              const Eigen::Vector2d& goal, Layers layers, const std::vector<float>& extra) {
   if (!goal.allFinite()) return Failed(PlanStatus::kNotFinite, "the goal is not a finite position");
   if (!start.allFinite()) return Failed(PlanStatus::kNotFinite, "the robot's position is not finite");
   if (!costmap.has_map()) return Failed(PlanStatus::kNoMap, "there is no map yet");
@@ -155,7 +158,7 @@ Plan PlanPath(const Costmap& costmap, const NavigateOptions& options, const Eige
   if (!checked.found()) return checked;
   if (costmap.CellOf(start) < 0)
     return Failed(PlanStatus::kStartBlocked, Text("the robot (%.2f, %.2f) is outside the map", start.x(), start.y()));
-  Search search(costmap, options, layers);
+  Search search(costmap, options, layers, extra);
   const int first = search.NearestFit(start);
   if (first < 0)
     return Failed(PlanStatus::kStartBlocked,

@@ -41,6 +41,24 @@ double LocalController::Remaining(const Rigid2& T_map_base) const {
   return length;
 }
 
+std::vector<Eigen::Vector2d> LocalController::Ahead(const Rigid2& T_map_base, double spacing, int count) const {
+  std::vector<Eigen::Vector2d> places{T_map_base.translation};
+  if (path_.empty()) return places;
+  Eigen::Vector2d at = T_map_base.translation;
+  for (std::size_t i = NearestIndex(at); i < path_.size();) {
+    const Eigen::Vector2d way = path_[i] - at;
+    const double length = way.norm(), needed = spacing - (at - places.back()).norm();
+    if (length < needed) {
+      at = path_[i++];
+      continue;
+    }
+    at += way * (needed / length);
+    places.push_back(at);
+    if (static_cast<int>(places.size()) >= count) break;
+  }
+  return places;
+}
+
 // The last point of the path that is within `distance`, from the nearest on.
 Eigen::Vector2d LocalController::CarrotAt(const Eigen::Vector2d& p_map, double distance) const {
   std::size_t i = NearestIndex(p_map);
@@ -71,7 +89,8 @@ Control LocalController::TurnTo(double error, const PlaneVelocity& velocity, dou
   // Half the acceleration leaves room for a base that obeys late.
   const double most = std::min(options_.max_turn_rate, std::sqrt(options_.turn_acceleration * std::abs(error)));
   const double wanted = std::copysign(std::max(kSlowestTurn, std::min(most, 2.0 * std::abs(error))), error);
-  return {ControlState::kTurning, {0.0, 0.0, Approach(velocity.yaw, wanted, options_.turn_acceleration * period)}};
+  const double yaw = Approach(velocity.yaw, wanted, options_.turn_acceleration * period);
+  return {ControlState::kTurning, {0.0, 0.0, yaw}, error};
 }
 
 // A velocity of full speed whose arc leads to a point.

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "planar_vslam/navigate/turning.h"
+
 namespace planar_vslam {
 namespace {
 
@@ -11,31 +13,46 @@ constexpr double kFirstPeriod = 0.1;  // s, of a step that has none before it
 // Of the pose against odometry: what puts marks on the wrong side of a wall, or across a door.
 constexpr double kJump = 0.2, kJumpAngle = 0.1;  // m, rad
 constexpr double kLookRate = 0.3;                // rad/s: images must not blur
+constexpr double kStaysAtGoal = 1.5;             // s at a goal, until it is sent elsewhere
+constexpr double kNearer = 0.5;                  // m: so much less way is progress
 
 bool IsFinite(const Rigid2& T) { return T.translation.allFinite() && std::isfinite(T.angle); }
 
 }  // namespace
 
 Navigator::Navigator(const NavigateOptions& options)
-    : options_(options), costmap_(options), controller_(options), recovery_(options), supervisor_(options) {
+    : options_(options),
+      costmap_(options),
+      controller_(options),
+      recovery_(options),
+      supervisor_(options),
+      people_(options) {
   PV_CHECK(options.Problems().empty(), "options with problems");
 }
 
 void Navigator::AddSweep(double stamp, const PlanarScan& scan, const Rigid2& T_base_laser, const Rigid2& T_odom_base,
                          const std::optional<Rigid2>& T_map_base) {
   swept_at_ = stamp;
-  points_odom_ = PointsOf(scan, T_base_laser);
+  std::vector<std::size_t> beams;  // that end at people who walk
+  if (T_map_base.has_value()) {
+    ForgetAfterAJump(T_odom_base, *T_map_base);
+    beams = people_.AddSweep(stamp, scan, *T_map_base * T_base_laser, costmap_);
+    costmap_.AddSweep(stamp, *T_map_base * T_base_laser, scan, beams);
+  }
+  PlanarScan without_people = scan;
+  for (const std::size_t beam : beams) without_people.ranges[beam] = std::numeric_limits<float>::quiet_NaN();
+  points_odom_ = PointsOf(without_people, T_base_laser);
   for (Eigen::Vector2d& point : points_odom_) point = T_odom_base * point;
-  if (!T_map_base.has_value()) return;
-  ForgetMarksAfterAJump(T_odom_base, *T_map_base);
-  costmap_.AddSweep(stamp, *T_map_base * T_base_laser, scan);
 }
 
 // They are where the robot was not.
-void Navigator::ForgetMarksAfterAJump(const Rigid2& T_odom_base, const Rigid2& T_map_base) {
+void Navigator::ForgetAfterAJump(const Rigid2& T_odom_base, const Rigid2& T_map_base) {
   if (T_map_odom_.has_value()) {
     const Rigid2 step = (*T_map_odom_ * T_odom_base).Inverse() * T_map_base;
-    if (step.translation.norm() > kJump || std::abs(step.angle) > kJumpAngle) costmap_.ClearMarks();
+    if (step.translation.norm() > kJump || std::abs(step.angle) > kJumpAngle) {
+      costmap_.ClearMarks();
+      people_.Forget();
+    }
   }
   T_map_odom_ = T_map_base * T_odom_base.Inverse();
 }
@@ -44,6 +61,7 @@ void Navigator::SetGoal(const Rigid2& T_map_goal) {
   T_map_goal_ = T_map_goal;
   goal_is_new_ = true;
   arrived_ = false;
+  kept_since_.reset();
   planned_at_.reset();
   no_plan_.clear();
   recovery_.Reset();
@@ -118,7 +136,7 @@ bool Navigator::Replan(const NavigatorInput& input, NavigatorOutput* output) {
   if (planned_at_.has_value() && input.time - *planned_at_ < options_.replan_period) return true;
   planned_at_ = input.time;
   const Eigen::Vector2d start = input.T_map_base.translation, goal = T_map_goal_->translation;
-  Plan plan = PlanPath(costmap_, options_, start, goal);
+  Plan plan = PlanPath(costmap_, options_, start, goal, Layers::kMapAndLaser, people_.CostOfWays(input.time, costmap_));
   no_plan_ = plan.reason;
   if (plan.found()) {
     controller_.SetPath(std::move(plan.path), *T_map_goal_, !goal_is_new_);
@@ -133,10 +151,19 @@ bool Navigator::Replan(const NavigatorInput& input, NavigatorOutput* output) {
   return false;
 }
 
+double Navigator::PeriodOf(const NavigatorInput& input) const {
+  return stepped_at_.has_value() ? std::clamp(input.time - *stepped_at_, 0.0, 0.5) : kFirstPeriod;
+}
+
 NavigatorOutput Navigator::Drive(const NavigatorInput& input) {
+  const Surroundings surroundings = SurroundingsAt(input);
+  return AmongPeople(input, surroundings, DriveAlone(input, surroundings));
+}
+
+NavigatorOutput Navigator::DriveAlone(const NavigatorInput& input, const Surroundings& surroundings) {
   NavigatorOutput output;
   output.state = GoalState::kDriving;
-  const Surroundings surroundings = SurroundingsAt(input);
+  control_ = {};
   if (recovery_.active()) {
     output.velocity = recovery_.Step(input.time, input.T_odom_base, surroundings);
     planned_at_.reset();
@@ -144,14 +171,64 @@ NavigatorOutput Navigator::Drive(const NavigatorInput& input) {
   }
   if (!Replan(input, &output)) return Finish(GoalState::kAborted, no_plan_);
   if (!no_plan_.empty()) return OnBlocked(input, no_plan_);
-  const double period = stepped_at_.has_value() ? std::clamp(input.time - *stepped_at_, 0.0, 0.5) : kFirstPeriod;
-  const Control control = controller_.Step(input.T_map_base, surroundings, velocity_, period);
-  arrived_ = control.state == ControlState::kArrived;
+  control_ = controller_.Step(input.T_map_base, surroundings, velocity_, PeriodOf(input));
+  arrived_ = control_.state == ControlState::kArrived;
   if (arrived_ && input.source != PoseSource::kWheels) return Finish(GoalState::kReached, "");
   if (arrived_) return Stand("");  // what the wheels say is to be confirmed first
-  if (control.state == ControlState::kBlocked) return OnBlocked(input, "something is in the way");
+  if (control_.state == ControlState::kBlocked) return OnBlocked(input, "something is in the way");
   recovery_.Driving(input.T_odom_base);
-  output.velocity = control.velocity;
+  output.velocity = control_.velocity;
+  return output;
+}
+
+Intention Navigator::IntentionOf(const NavigatorInput& input, const PlaneVelocity& wanted) const {
+  Intention intention;
+  intention.velocity = wanted;
+  const double remaining = controller_.Remaining(input.T_map_base);
+  const bool goes_on = control_.state == ControlState::kDriving || control_.state == ControlState::kTurning;
+  if (!goes_on) {
+    intention.path = {input.T_map_base.translation};
+    intention.beyond = std::max(remaining, options_.goal_tolerance);
+    return intention;
+  }
+  if (controller_.at_goal()) {
+    intention.path = {input.T_map_base.translation};
+    intention.hold = TurnTime(options_, std::abs(control_.turn)) + kStaysAtGoal;
+    return intention;
+  }
+  const double spacing = SpeedStep(options_);
+  intention.path = controller_.Ahead(input.T_map_base, spacing, SpeedPlaces(options_));
+  intention.beyond = remaining - spacing * static_cast<double>(intention.path.size());
+  intention.turn = control_.turn;
+  const Eigen::Vector2d& end = intention.path.back();
+  const Eigen::Vector2d before =
+      intention.path[intention.path.size() - std::min<std::size_t>(intention.path.size(), 15)];
+  const Eigen::Vector2d way = end - before;
+  const double heading = way.norm() > 0.0 ? std::atan2(way.y(), way.x()) : input.T_map_base.angle;
+  intention.hold = TurnTime(options_, std::abs(WrapAngle(T_map_goal_->angle - heading))) + kStaysAtGoal;
+  return intention;
+}
+
+NavigatorOutput Navigator::AmongPeople(const NavigatorInput& input, const Surroundings& surroundings,
+                                       NavigatorOutput output) {
+  const Foresight foresight = people_.ForeseeFrom(input.time, costmap_);
+  if (output.state != GoalState::kDriving || foresight.empty()) {
+    kept_since_.reset();
+    return output;
+  }
+  const auto is_walked = [this](const Eigen::Vector2d& p) { return people_.IsWalked(p); };
+  const Adapted adapted = AdaptToPeople(IntentionOf(input, output.velocity), foresight, options_, costmap_,
+                                        surroundings, is_walked, input.T_map_base, velocity_, PeriodOf(input));
+  output.velocity = adapted.velocity;
+  const double remaining = controller_.Remaining(input.T_map_base);
+  if (!kept_since_.has_value() || remaining < nearest_ - kNearer) {
+    kept_since_ = input.time;
+    nearest_ = remaining;
+  }
+  if (adapted.action == PeopleAction::kNone) return output;
+  if (input.time - *kept_since_ > options_.people_patience)
+    return Finish(GoalState::kAborted, "people who walk keep the robot from the goal");
+  output.text = adapted.action == PeopleAction::kWait ? "waits for somebody who walks" : "gives way to somebody";
   return output;
 }
 

@@ -32,8 +32,8 @@ double Surroundings::LaserClearance(const Eigen::Vector2d& p_base) const {
   return std::sqrt(nearest) - options_.robot_radius;
 }
 
-double Surroundings::Clearance() const {
-  return std::min(costmap_.Clearance(T_map_base_.translation), LaserClearance(Eigen::Vector2d::Zero()));
+double Surroundings::ClearanceAt(const Eigen::Vector2d& p_base) const {
+  return std::min(costmap_.Clearance(T_map_base_ * p_base), LaserClearance(p_base));
 }
 
 double Surroundings::FreeLength(const PlaneVelocity& velocity, double length) const {

@@ -1,8 +1,10 @@
 #pragma once
-// A small plane to drive in: a grid of walls, a round robot that obeys velocities, and a laser.
+// A small plane to drive in: a grid of walls, a round robot that obeys velocities, a laser, and people who walk to and
+// fro and wait for nobody.
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <vector>
 
 #include "planar_vslam/navigate/navigator.h"
 
@@ -32,6 +34,24 @@ inline void Fill(OccupancyGrid2d* grid, double x0, double y0, double x1, double 
   }
 }
 
+// Somebody on two legs, straight from one place to the other and back.
+struct Walker {
+  static constexpr double kRadius = 0.25, kLegRadius = 0.07;  // m
+  Eigen::Vector2d from, to;                                   // m
+  double speed = 0.8;                                         // m/s
+  double start = 0.0;                                         // m walked at time 0
+
+  Eigen::Vector2d At(double time) const {
+    const double length = (to - from).norm(), walked = std::fmod(start + speed * time, 2.0 * length);
+    return from + (to - from) * ((walked < length ? walked : 2.0 * length - walked) / length);
+  }
+  Eigen::Vector2d Leg(double time, double side) const {
+    const Eigen::Vector2d ahead = (to - from).normalized(), left(-ahead.y(), ahead.x());
+    const double stride = 0.45 * std::sin(M_PI * (start + speed * time) / 0.7);
+    return At(time) + side * (0.5 * stride * ahead + 0.1 * left);
+  }
+};
+
 class Plane {
  public:
   static constexpr double kPeriod = 0.1;  // s
@@ -54,10 +74,11 @@ class Plane {
   }
 
   NavigatorOutput Step() {
-    if (laser_works) navigator.AddSweep(time, Sweep(), Rigid2(), T_map_base, T_map_base);
+    if (laser_works) navigator.AddSweep(time, Sweep(), Rigid2(), T_map_base, pose_error * T_map_base);
     NavigatorInput input;
     input.time = time;
-    input.T_map_base = input.T_odom_base = T_map_base;
+    input.T_odom_base = T_map_base;
+    input.T_map_base = pose_error * T_map_base;
     input.transform_age = transform_age;
     input.quality = quality;
     input.new_quality = true;
@@ -91,6 +112,9 @@ class Plane {
   Rigid2 T_map_base;
   double time = 0.0;             // s
   double least_clearance = 1e9;  // m
+  std::vector<Walker> people;
+  double least_gap = 1e9;  // m, from the body to somebody's
+  Rigid2 pose_error;       // of localisation: on the left of the true pose
   bool laser_works = true, wheels_work = true;
   double transform_age = 0.0;  // s
   std::optional<PoseQuality> quality;
@@ -115,9 +139,20 @@ class Plane {
       const Eigen::Vector2d direction(std::cos(angle), std::sin(angle));
       double range = 0.0;
       while (range < scan.range_max && !Occupied(T_map_base.translation + range * direction)) range += 0.01;
+      for (const Walker& walker : people) {
+        for (const double side : {1.0, -1.0}) range = std::min(range, RangeToLeg(walker.Leg(time, side), direction));
+      }
       scan.ranges.push_back(static_cast<float>(range));
     }
     return scan;
+  }
+
+  // Infinity where the beam passes it.
+  double RangeToLeg(const Eigen::Vector2d& leg, const Eigen::Vector2d& direction) const {
+    const Eigen::Vector2d to = leg - T_map_base.translation;
+    const double along = to.dot(direction), beside = to.squaredNorm() - along * along;
+    if (along <= 0.0 || beside > Walker::kLegRadius * Walker::kLegRadius) return HUGE_VAL;
+    return along - std::sqrt(Walker::kLegRadius * Walker::kLegRadius - beside);
   }
 
   void Move(const PlaneVelocity& command) {
@@ -130,6 +165,10 @@ class Plane {
       T_map_base = T_map_base * ExpSe2(kSubstep * Eigen::Vector3d(velocity_.x, velocity_.y, velocity_.yaw));
     }
     least_clearance = std::min(least_clearance, Clearance());
+    for (const Walker& walker : people) {
+      const double distance = (walker.At(time + kPeriod) - T_map_base.translation).norm();
+      least_gap = std::min(least_gap, distance - radius_ - Walker::kRadius);
+    }
   }
 
   PlaneVelocity velocity_;

@@ -29,8 +29,10 @@ class Costmap {
   bool has_map() const { return !map_.cells.empty(); }
   const OccupancyGrid2d& map() const { return map_; }
 
-  // Marks returns, clears along beams, and forgets marks older than their lifetime. `time` in s.
-  void AddSweep(double time, const Rigid2& T_map_laser, const PlanarScan& scan);
+  // Marks returns, clears along beams, and forgets marks older than their lifetime. `time` in s. `people` are beams
+  // that end at somebody who walks, in order: nothing is marked there.
+  void AddSweep(double time, const Rigid2& T_map_laser, const PlanarScan& scan,
+                const std::vector<std::size_t>& people = {});
   void ClearMarks();
   std::size_t marks() const { return marks_.size(); }
 
@@ -39,6 +41,8 @@ class Costmap {
   // outside the map.
   double Clearance(const Eigen::Vector2d& p_map, Layers layers = Layers::kMapAndLaser) const;
   double ClearanceOfCell(int cell, Layers layers) const;
+  // From a place to the map's nearest obstacle, m, at most the inflation radius or so; minus infinity outside the map.
+  double DistanceToMap(const Eigen::Vector2d& p_map) const;
   // 0 far from obstacles, 1 where the body would touch one; falls exponentially between.
   double CostOfCell(int cell, Layers layers) const;
 

@@ -28,7 +28,8 @@ struct Plan {
 };
 
 // A start that is too close to an obstacle is left to the nearest cell where the body fits, at most one radius away.
+// `extra` is what each cell of the costmap costs more, in its own lengths; empty: nothing.
 Plan PlanPath(const Costmap& costmap, const NavigateOptions& options, const Eigen::Vector2d& start,
-              const Eigen::Vector2d& goal, Layers layers = Layers::kMapAndLaser);
+              const Eigen::Vector2d& goal, Layers layers = Layers::kMapAndLaser, const std::vector<float>& extra = {});
 
 }  // namespace planar_vslam

@@ -14,6 +14,7 @@ enum class ControlState { kDriving, kTurning, kArrived, kBlocked };
 struct Control {
   ControlState state = ControlState::kBlocked;
   PlaneVelocity velocity;  // to be sent to the base
+  double turn = 0.0;       // rad in place, to the left, before it goes on
 };
 
 class LocalController {
@@ -27,6 +28,10 @@ class LocalController {
                double period);
   // Metres along the path; 0 without one.
   double Remaining(const Rigid2& T_map_base) const;
+  // The path from the robot on: at most `count` places, `spacing` (m) apart, the robot's own first.
+  std::vector<Eigen::Vector2d> Ahead(const Rigid2& T_map_base, double spacing, int count) const;
+  // Whether the goal is reached but for its heading.
+  bool at_goal() const { return at_goal_; }
   const std::vector<Eigen::Vector2d>& path() const { return path_; }
 
  private:

@@ -4,8 +4,10 @@
 #include <string>
 #include <vector>
 
+#include "planar_vslam/navigate/among_people.h"
 #include "planar_vslam/navigate/global_planner.h"
 #include "planar_vslam/navigate/local_controller.h"
+#include "planar_vslam/navigate/people_watch.h"
 #include "planar_vslam/navigate/recovery.h"
 #include "planar_vslam/navigate/supervisor.h"
 
@@ -37,6 +39,7 @@ class Navigator {
   Costmap& costmap() { return costmap_; }
   const Costmap& costmap() const { return costmap_; }
   const std::vector<Eigen::Vector2d>& path() const { return controller_.path(); }
+  const PeopleWatch& people() const { return people_; }
   // The laser's newest sweep, and where the robot was at its stamp (s). Without a pose in the map it still stops the
   // robot, but marks nothing.
   void AddSweep(double stamp, const PlanarScan& scan, const Rigid2& T_base_laser, const Rigid2& T_odom_base,
@@ -50,6 +53,10 @@ class Navigator {
 
  private:
   NavigatorOutput Drive(const NavigatorInput& input);
+  NavigatorOutput DriveAlone(const NavigatorInput& input, const Surroundings& surroundings);
+  // What driving alone gave, adapted to people who walk.
+  NavigatorOutput AmongPeople(const NavigatorInput& input, const Surroundings& surroundings, NavigatorOutput output);
+  Intention IntentionOf(const NavigatorInput& input, const PlaneVelocity& wanted) const;
   NavigatorOutput OnBlocked(const NavigatorInput& input, const std::string& reason);
   NavigatorOutput Finish(GoalState state, std::string text);
   NavigatorOutput Stand(std::string text);
@@ -57,7 +64,8 @@ class Navigator {
   Permission CheckVitals(const NavigatorInput& input);
   // False where no way is left, whatever the laser sees.
   bool Replan(const NavigatorInput& input, NavigatorOutput* output);
-  void ForgetMarksAfterAJump(const Rigid2& T_odom_base, const Rigid2& T_map_base);
+  double PeriodOf(const NavigatorInput& input) const;
+  void ForgetAfterAJump(const Rigid2& T_odom_base, const Rigid2& T_map_base);
   Surroundings SurroundingsAt(const NavigatorInput& input) const;
 
   NavigateOptions options_;
@@ -65,8 +73,12 @@ class Navigator {
   LocalController controller_;
   Recovery recovery_;
   Supervisor supervisor_;
+  PeopleWatch people_;
   std::optional<Rigid2> T_map_goal_, T_map_odom_;
   bool goal_is_new_ = false;
+  Control control_;                                           // the last
+  double nearest_ = 0.0;                                      // m of way that were left, at least
+  std::optional<double> kept_since_;                          // s, by people, from getting nearer
   bool arrived_ = false;                                      // by a pose that may have to be confirmed yet
   std::string no_plan_;                                       // why the last plan failed; empty: it did not
   std::optional<double> planned_at_, swept_at_, stepped_at_;  // s

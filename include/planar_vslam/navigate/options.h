@@ -39,6 +39,12 @@ struct NavigateOptions {
   double replan_period = 1.0;      // s
   double patience = 4.0;           // s
   double back_off_distance = 0.3;  // m
+  // People who walk.
+  double person_radius = 0.25;     // m
+  double person_margin = 0.1;      // m
+  double foresight = 8.0;          // s; 0: nobody is foreseen, people are obstacles
+  double trail_lifetime = 120.0;   // s
+  double people_patience = 120.0;  // s
   // When the robot has to stand.
   double max_position_deviation = 0.3;                    // m
   double max_heading_deviation = DegreesToRadians(15.0);  // rad
@@ -53,6 +59,7 @@ struct NavigateOptions {
   static void Visit(Self& o, Visitor& v) {
     VisitBody(o, v);
     VisitPlanning(o, v);
+    VisitPeople(o, v);
     VisitStops(o, v);
   }
   std::vector<std::string> Problems() const { return ProblemsOf(*this); }
@@ -93,6 +100,16 @@ struct NavigateOptions {
     v("replan_period", o.replan_period, unit::kSeconds, bound::Positive(), "between two plans");
     v("patience", o.patience, unit::kSeconds, bound::AtLeast(0.0), "blocked for so long, recovery starts");
     v("back_off_distance", o.back_off_distance, unit::kMeters, bound::AtLeast(0.0), "how far recovery backs off");
+  }
+  template <class Self, class Visitor>
+  static void VisitPeople(Self& o, Visitor& v) {
+    v("person_radius", o.person_radius, unit::kMeters, bound::Positive(), "of somebody who walks");
+    v("person_margin", o.person_margin, unit::kMeters, bound::AtLeast(0.0), "kept from where somebody walks to");
+    v("foresight", o.foresight, unit::kSeconds, bound::ZeroOr(bound::Between(0.0, 20.0)),
+      "so far ahead it expects people who walk; 0: they are obstacles where they are seen");
+    v("trail_lifetime", o.trail_lifetime, unit::kSeconds, bound::Positive(), "until it forgets where somebody walked");
+    v("people_patience", o.people_patience, unit::kSeconds, bound::AtLeast(0.0),
+      "kept from driving on by people for so long, it gives up");
   }
   template <class Self, class Visitor>
   static void VisitStops(Self& o, Visitor& v) {

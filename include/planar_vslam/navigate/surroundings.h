@@ -28,8 +28,9 @@ class Surroundings {
   // How far the body gets along the arc of `velocity` (nothing in yaw alone) until it would come closer to something
   // than the safety margin, or than it is now where that is closer still; at most `length`. Metres.
   double FreeLength(const PlaneVelocity& velocity, double length) const;
-  // From the body to the nearest obstacle where it stands, m.
-  double Clearance() const;
+  // From the body to the nearest obstacle where it stands, m, and with its axis elsewhere.
+  double Clearance() const { return ClearanceAt(Eigen::Vector2d::Zero()); }
+  double ClearanceAt(const Eigen::Vector2d& p_base) const;
 
  private:
   double LaserClearance(const Eigen::Vector2d& p_base) const;

@@ -1,0 +1,35 @@
+#include "planar_vslam/navigate/foresight.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace planar_vslam {
+namespace {
+
+// Beyond the margin it costs less and less, the farther ahead the wider: what is foreseen for later is less certain.
+// Within the margin it costs more and more, so that a goal just beside somebody's way can be reached.
+constexpr double kNear = 0.25, kSpread = 0.02;  // m, m/s
+constexpr double kBeside = 4.0;                 // of a second where the margin begins
+constexpr double kDeep = 100.0;                 // more, a metre within the body: least of all through the middle
+
+}  // namespace
+
+Risk RiskAt(const Foresight& foresight, const NavigateOptions& options, const Eigen::Vector2d& p_map, int step) {
+  if (foresight.empty()) return {};
+  const auto k = static_cast<std::size_t>(std::clamp(step, 0, foresight.count() - 1));
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const auto& way : foresight.people) nearest = std::min(nearest, (way[k] - p_map).squaredNorm());
+  const double gap = std::sqrt(nearest) - options.robot_radius - options.person_radius;
+  if (gap < 0.0) return {Risk::kContact - kDeep * gap};
+  if (gap < options.person_margin) {
+    const double inside = 1.0 - gap / options.person_margin;
+    return {kBeside + (Risk::kContact - kBeside) * inside * inside};
+  }
+  const double clear = gap - options.person_margin;
+  const double near = kNear + kSpread * Foresight::kPeriod * static_cast<double>(k);
+  if (clear >= near) return {};
+  const double share = 1.0 - clear / near;
+  return {kBeside * share * share};
+}
+
+}  // namespace planar_vslam
