@@ -198,7 +198,7 @@ Intention Navigator::IntentionOf(const NavigatorInput& input, const PlaneVelocit
   }
   const double spacing = SpeedStep(options_);
   intention.path = controller_.Ahead(input.T_map_base, spacing, SpeedPlaces(options_));
-  intention.beyond = remaining - spacing * static_cast<double>(intention.path.size());
+  intention.beyond = remaining - spacing * static_cast<double>(intention.path.size() - 1);
   intention.turn = control_.turn;
   const Eigen::Vector2d& end = intention.path.back();
   const Eigen::Vector2d before =

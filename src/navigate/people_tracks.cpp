@@ -7,24 +7,25 @@
 namespace planar_vslam {
 namespace {
 
-constexpr double kFarthest = 8.0;      // m: beyond, a leg is two returns
-constexpr double kLeg = 0.7;           // m: what is longer is no part of a body at a laser's height
-constexpr double kHalfALeg = 0.06;     // m from what the laser sees of one to its middle
-constexpr double kStride = 0.6;        // m from one leg to the other
-constexpr double kPerson = 1.0;        // m: what is longer is no person
-constexpr double kBesideTheMap = 0.1;  // m from the map's obstacles: noise of the pose
-constexpr double kAllMoves = 0.4;      // share of returns: so much moves when it is the pose that does
+constexpr double kFarthest = 8.0;   // m: beyond, a leg is two returns
+constexpr double kLeg = 0.7;        // m: what is longer is no part of a body at a laser's height
+constexpr double kHalfALeg = 0.06;  // m from what the laser sees of one to its middle
+constexpr double kStride = 0.6;     // m from one leg to the other
+constexpr double kPerson = 1.0;     // m: what is longer is no person
+// From the map's obstacles, for noise of the pose: m, and a metre of range more, which is its heading.
+constexpr double kBesideTheMap = 0.1, kBesideFarAway = 0.025;
+constexpr double kAllMoves = 0.15;  // share of all beams: so much moves when it is the pose that does
 
 // Following, by a filter of fixed gains once it has seen enough (Bar-Shalom, Li and Kirubarajan, 2001, section 6.5):
 // for 0.07 m of noise, which is legs that cover each other, and 0.8 m/s^2. Before that, the gains of a line through
 // all.
 constexpr double kGain = 0.4, kSpeedGain = 0.09;
-constexpr double kGate = 0.5, kGateNew = 0.35;             // m
-constexpr double kGateGrows = 0.4, kWidestGate = 2.0;      // m/s of being out of sight, m
-constexpr double kWalked = 0.35, kSlowest = 0.25;          // m from where it was seen first, m/s
-constexpr int kEnough = 5;                                 // sightings
-constexpr double kLongestMissed = 0.6;                     // s: the laser sees that nobody is there
-constexpr double kOutOfSight = 8.0, kNewOutOfSight = 0.3;  // s
+constexpr double kGate = 0.5, kGateNew = 0.35;              // m
+constexpr double kGateGrows = 0.4, kWidestGate = 2.0;       // m/s of being out of sight, m
+constexpr double kWalked = 0.35, kSlowest = 0.25;           // m from where it was seen first, m/s
+constexpr int kEnough = 5;                                  // sightings
+constexpr double kLongestMissed = 0.6;                      // s: the laser sees that nobody is there
+constexpr double kOutOfSight = 8.0, kNewOutOfSight = 0.15;  // s
 
 struct Part {
   Eigen::Vector2d centre;  // map, m
@@ -50,7 +51,7 @@ class PartFinder {
       }
       const double angle = scan_.angle_min + static_cast<double>(i) * scan_.angle_increment;
       const Eigen::Vector2d p = T_map_laser_ * (range * Eigen::Vector2d(std::cos(angle), std::sin(angle)));
-      if (costmap_.DistanceToMap(p) <= kBesideTheMap) {
+      if (costmap_.DistanceToMap(p) <= kBesideTheMap + kBesideFarAway * range) {
         Close();
         continue;
       }

@@ -40,12 +40,15 @@ bool RecentSpace::WasFree(const Eigen::Vector2d& p_map) const {
   const int cell = CellOf(p_map);
   if (cell < 0) return false;
   const int x = cell % width_, y = cell / width_;
+  bool seen = false;  // far from the laser, beams leave cells between them that none has said anything of
   for (int v = std::max(0, y - 1); v <= std::min(height_ - 1, y + 1); ++v) {
     for (int u = std::max(0, x - 1); u <= std::min(width_ - 1, x + 1); ++u) {
+      if (sweep_[Index(v * width_ + u)] < 0) continue;
       if (occupied_[Index(v * width_ + u)] >= kMostlyFree) return false;
+      seen = true;
     }
   }
-  return true;
+  return seen;
 }
 
 void RecentSpace::Add(const Rigid2& T_map_laser, const PlanarScan& scan, double range) {

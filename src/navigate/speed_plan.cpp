@@ -49,7 +49,7 @@ class Planner {
  private:
   float& Cost(int t, int s, int level) { return cost_[Index((t * places_ + s) * kLevels + level)]; }
   double Rate(int t, int s) const { return rate_[Index(std::min(t, steps_) * places_ + s)]; }
-  bool IsGoal(int s) const { return s + 1 == places_ && problem_.beyond <= 0.0; }
+  bool IsGoal(int s) const { return s + 1 == places_ && problem_.beyond < SpeedStep(options_); }
 
   // Of driving, at the highest speed.
   double TimeLeft(int s) const {
