@@ -9,7 +9,7 @@
 namespace planar_vslam {
 namespace {
 
-constexpr int kLevels = 5;               // of speed, from 0 to the highest
+constexpr int kLevels = 5;  // of speed, from 0 to the highest
 // Chosen by looking at seeds 1, 3 and 4 of mechatronics_lab, as those of foresight.cpp.
 constexpr double kStandsInTheWay = 0.5;  // s, what a second costs where people walk at times
 constexpr double kLate = 0.02;           // s, what a second costs more for each second of driving that is left then:
