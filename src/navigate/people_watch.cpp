@@ -52,7 +52,7 @@ Foresight PeopleWatch::ForeseeFrom(double time, const Costmap& costmap) const {
     std::vector<Eigen::Vector2d> places;
     Eigen::Vector2d last = track.now.position;
     for (const Motion& motion : way) {
-      places.push_back(last + age / Foresight::kPeriod * (motion.position - last));
+      places.emplace_back(last + age / Foresight::kPeriod * (motion.position - last));
       last = motion.position;
     }
     foresight.people.push_back(std::move(places));

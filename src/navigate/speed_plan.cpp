@@ -103,7 +103,7 @@ class Planner {
         plan.contact_in = t * Foresight::kPeriod;
         break;
       }
-      const int next = choice_[Index((t * places_ + s) * kLevels + level)];
+      const int next = static_cast<int>(choice_[Index((t * places_ + s) * kLevels + level)]);
       if (t == 0) plan.speed = SpeedOf(next);
       s = std::min(places_ - 1, s + level + next);
       level = next;
