@@ -227,7 +227,7 @@ void AddWheels(const FindingsInput& in, Found* found) {
 }
 
 void AddYaw(const FindingsInput& in, Found* found) {
-  constexpr double kLeast = 0.6, kSigmas = 5.0;  // deg
+  constexpr double kLeast = 0.6;  // deg
   const bool bent = std::any_of(found->begin(), found->end(), [](const Finding& finding) {
     const std::string subject = finding.subject;
     return finding.harm == Harm::kWorthless && (subject == "laser" || subject == "clocks");
