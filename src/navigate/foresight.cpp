@@ -6,7 +6,7 @@
 namespace planar_vslam {
 namespace {
 
-// Chosen by looking at seeds 1, 3 and 4 of mechatronics_lab; docs/navigation.md has seeds that were not looked at.
+// Chosen by looking at seeds 1, 3 and 4 of mechatronics_lab.
 // Beyond the margin it costs less and less, the farther ahead the wider: what is foreseen for later is less certain.
 // Within the margin it costs more and more, so that a goal just beside somebody's way can be reached.
 constexpr double kNear = 0.25, kSpread = 0.02;  // m, m/s
