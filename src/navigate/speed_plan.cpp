@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 #include "planar_vslam/geometry/check.h"
@@ -87,7 +88,7 @@ class Planner {
       chosen = next;
     }
     Cost(t, s, level) = static_cast<float>(best);
-    choice_[Index((t * places_ + s) * kLevels + level)] = static_cast<signed char>(chosen);
+    choice_[Index((t * places_ + s) * kLevels + level)] = static_cast<std::uint8_t>(chosen);
   }
 
   double SpeedOf(int level) const { return options_.max_speed * level / (kLevels - 1); }
@@ -103,7 +104,7 @@ class Planner {
         plan.contact_in = t * Foresight::kPeriod;
         break;
       }
-      const int next = static_cast<int>(choice_[Index((t * places_ + s) * kLevels + level)]);
+      const int next = choice_[Index((t * places_ + s) * kLevels + level)];
       if (t == 0) plan.speed = SpeedOf(next);
       s = std::min(places_ - 1, s + level + next);
       level = next;
@@ -125,7 +126,7 @@ class Planner {
   int places_, steps_, delay_;
   std::vector<double> rate_;  // of risk, a step and place
   std::vector<float> cost_;   // to go, a step, place and level
-  std::vector<signed char> choice_;
+  std::vector<std::uint8_t> choice_;
 };
 
 }  // namespace
