@@ -24,6 +24,12 @@ struct CalibrateArguments {
   bool quiet = false;
 };
 
+// What calibrates finds the clocks' offset itself, from all turns at once.
+PipelineOptions Unlearned(PipelineOptions options) {
+  options.image_timing.learn_clock = false;
+  return options;
+}
+
 // One run over the recording with the present corrections, then the adjustment that frees them.
 Expected<CalibrationResult> CalibrateOnce(const CalibrateArguments& arguments, const PipelineOptions& options) {
   Expected<std::unique_ptr<Recording>> recording =
@@ -44,7 +50,7 @@ Expected<CalibrationResult> CalibrateOnce(const CalibrateArguments& arguments, c
     if (reading.has_value() && (readings.empty() || readings.back().stamp < reading->stamp))
       readings.push_back(*reading);
   };
-  Estimator estimator({options, info.camera, info.has_base_transform});
+  Estimator estimator({Unlearned(options), info.camera, info.has_base_transform});
   const Expected<RunResult> result = RunSession(**recording, estimator, settings);
   if (!result.ok()) return result.error();
   if (estimator.map() == nullptr)

@@ -219,6 +219,8 @@ void AddInput(const EstimatorReport& report, const RunResult& result, Json* json
   (*json)["slips"] = report.slips;
   const std::optional<Deviation>& missed = report.missed_readout;
   (*json)["missed_readout"] = missed.has_value() ? Json{{"seconds", missed->value}, {"sigma", missed->sigma}} : Json();
+  const std::optional<ImageOffset>& offset = report.image_offset;
+  (*json)["image_offset"] = offset.has_value() ? Json{{"seconds", offset->value}, {"sigma", offset->sigma}} : Json();
   (*json)["odometry_covariance"] = {{"by_model", report.odometry_by_model},
                                     {"by_messages", report.odometry_by_messages}};
   (*json)["findings"] = result.findings;

@@ -148,7 +148,7 @@ class Session {
     std::vector<SeenPose> seen;
     for (const FrameReport& frame : result_.frames) {
       const bool by_sight = frame.state == TrackingState::kTracking && frame.T_map_base.has_value();
-      if (by_sight) seen.push_back({frame.stamp, ProjectToPlane(*frame.T_map_base)});
+      if (by_sight) seen.push_back({frame.stamp, ProjectToPlane(*frame.T_map_base) * frame.T_base_exposed});
     }
     MotionAgreement agreement = CompareMotions(seen, wheels_);
     std::vector<SeenTurn> turns = estimator_.input_watch().laser().turns();

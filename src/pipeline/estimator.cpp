@@ -40,7 +40,11 @@ double DistanceToMap(const Map& map, const Rigid3& T_map_base) {
 }  // namespace
 
 Estimator::Input::Input(const EstimatorSettings& settings)
-    : corrector(settings.options.calibration), synchronizer(settings.with_odometry) {}
+    : corrector(settings.options.calibration),
+      clock(settings.options.image_timing),
+      synchronizer(settings.with_odometry) {
+  synchronizer.SetImageOffset(clock.offset());
+}
 
 Estimator::Estimator(const EstimatorSettings& settings)
     : settings_(UsableSettings(settings)),
@@ -90,6 +94,7 @@ FrameReport Estimator::Process(const FramePacket& packet) {
   Session& session = *session_;
   FrameReport report;
   report.stamp = packet.image.stamp;
+  report.T_base_exposed = packet.T_base_exposed;
   FollowMap(false, &report.times);
   std::shared_ptr<const Map> new_map;
   const KeyframeSlot slot = session.mapping != nullptr ? session.mapping->slot() : KeyframeSlot::kNone;
@@ -104,6 +109,7 @@ FrameReport Estimator::Process(const FramePacket& packet) {
   session.seen = session.seen || (session.localization->map() != nullptr && report.inliers > 0);
   if (session.seen && session.own != nullptr) EndOn(retiring_.get(), std::move(session.own));
   if (session.known == nullptr && MayMapOnItsOwn()) StartOwnMap(packet, &frame, &report, &new_map);
+  WatchClock(packet, frame);
   session.Count(report, frame.step);
   view_ = ViewOf(packet.image.image, frame.features, frame.track, packet.T_base_camera, model_.camera,
                  session.localization->map().get());
@@ -128,6 +134,17 @@ FrameReport Estimator::Process(const FramePacket& packet) {
   return report;
 }
 
+// Learns when images are taken from frames whose view told their heading.
+void Estimator::WatchClock(const FramePacket& packet, const TrackedFrame& frame) {
+  constexpr int kFewest = 30;  // inliers, for a heading that does not hang on the wheels'
+  std::optional<Rigid2> T_map_base;
+  if (frame.by_view_alone && frame.track.inliers >= kFewest) T_map_base = ProjectToPlane(frame.track.T_map_base);
+  input_->clock.Watch(packet, T_map_base);
+  if (frame.track.jumped) input_->clock.Forget();
+  input_->synchronizer.SetImageOffset(input_->clock.offset());
+  session_->report.image_offset = input_->clock.learned();
+}
+
 // Passes the changes of the map on to localization and report.
 void Estimator::FollowMap(bool wait, StageTimes* times) {
   if (session_->mapping == nullptr) return;
@@ -138,6 +155,7 @@ void Estimator::FollowMap(bool wait, StageTimes* times) {
     session_->Count(change, settings_.options.scale.max_sigma);
     if (change.joined.has_value()) EndOn(retiring_.get(), std::move(session_->known));
     if (change.wheels.has_value()) input_->corrector.Take(*change.wheels);
+    if (change.loop.has_value() || change.joined.has_value()) input_->clock.Forget();
     times->insert(times->end(), change.times.begin(), change.times.end());
   }
   if (!changes.empty()) times->push_back({"frame.follow_map", following.Milliseconds()});

@@ -58,10 +58,11 @@ void ImageTiming::Watch(const FramePacket& packet, const FrameFeatures& features
                         const Map& map) {
   constexpr double kStill = 1e-3;  // rad, of the camera on the base between two images
   constexpr int kFewest = 30;      // landmarks
-  const std::optional<Rigid3> T_base_camera = std::exchange(T_base_camera_, packet.T_base_camera);
+  const Rigid3 mount = Embed3(packet.T_base_exposed.Inverse()) * packet.T_base_camera;
+  const std::optional<Rigid3> T_base_camera = std::exchange(T_base_camera_, mount);
   const std::optional<Eigen::Vector3d> velocity = VelocityAt(packet);
   if (!velocity.has_value() || !T_base_camera.has_value()) return;
-  if (LogSo3(T_base_camera->rotation.inverse() * packet.T_base_camera.rotation).norm() > kStill) return;
+  if (LogSo3(T_base_camera->rotation.inverse() * mount.rotation).norm() > kStill) return;
   if (track.odometry_rejected) return;  // the wheels do not tell how it turns
   if (track.wants_keyframe) rates_.emplace(packet.image.stamp, velocity->z());
   if (rates_.empty()) return;
@@ -140,7 +141,7 @@ std::optional<Deviation> ImageTiming::MissedReadout() const {
 Eigen::Matrix3d ImageTiming::ClockCovariance(const FramePacket& packet) const {
   const std::optional<Eigen::Vector3d> velocity = VelocityAt(packet);
   if (!velocity.has_value()) return Eigen::Matrix3d::Zero();
-  return options_.sigma_clock * options_.sigma_clock * *velocity * velocity->transpose();
+  return packet.image_offset.sigma * packet.image_offset.sigma * *velocity * velocity->transpose();
 }
 
 }  // namespace planar_vslam

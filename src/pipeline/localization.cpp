@@ -154,6 +154,7 @@ void Localization::Track(const FramePacket& packet, KeyframeSlot slot, TrackedFr
     report->state = TrackingState::kTracking;
   if (found && !was_localized) report->state = TrackingState::kRelocalized;
   report->inliers = track.inliers;
+  frame->by_view_alone = track.status == TrackingState::kTracking && !track.jumped && !input.fix.has_value();
   if (by_camera) images_.timing.Watch(packet, *frame->features, track, *known_.map);
   report->covariance =
       track.covariance + CovarianceOfMapAt(track.T_map_base, *known_.map, known_.accuracy, known_.mount);

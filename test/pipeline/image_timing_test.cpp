@@ -167,10 +167,11 @@ TEST(ImageTiming, LeavesFeaturesAloneWithoutAReadout) {
 TEST(ImageTiming, ClocksThatDisagreeBlurAPoseAlongItsWay) {
   TurningCamera camera(0.0);
   ImageTimingOptions options;
-  options.sigma_clock = 0.02;
   const ImageTiming timing(options, camera.camera());
   const double t = 4.0;
-  const Eigen::Matrix3d covariance = timing.ClockCovariance(camera.PacketAt(t));
+  FramePacket packet = camera.PacketAt(t);
+  packet.image_offset.sigma = 0.02;
+  const Eigen::Matrix3d covariance = timing.ClockCovariance(packet);
   EXPECT_NEAR(std::sqrt(covariance(2, 2)), 0.02 * std::abs(TurningCamera::RateAt(t)), 0.001);
   EXPECT_EQ(timing.ClockCovariance({}), Eigen::Matrix3d::Zero());
 }

@@ -24,6 +24,34 @@ LaserFrame Scan(double t) {
   return frame;
 }
 
+TEST(Synchronizer, CameraWasElsewhereWhenALateImageWasTaken) {
+  Synchronizer synchronizer(true);
+  synchronizer.SetImageOffset({-0.02, 0.001});
+  synchronizer.Push(Odometry(0.0));
+  synchronizer.Push(Image(0.5));
+  synchronizer.Push(Odometry(0.6));
+  const auto packet = synchronizer.Pop();
+  ASSERT_TRUE(packet.has_value());
+  EXPECT_EQ(packet->image.stamp, Timestamp::FromSeconds(0.5));
+  EXPECT_NEAR(packet->T_odom_base->translation.x(), 0.5, 1e-12) << "poses are of the stamp";
+  EXPECT_NEAR(packet->T_base_exposed.translation.x(), -0.02, 1e-9);
+  EXPECT_NEAR(packet->T_base_camera.translation.x(), 0.08, 1e-9);
+  EXPECT_EQ(packet->image_offset.value, -0.02);
+}
+
+TEST(Synchronizer, ImageTakenAfterItsStampWaitsForOdometryOfThen) {
+  Synchronizer synchronizer(true);
+  synchronizer.SetImageOffset({0.05, 0.001});
+  synchronizer.Push(Odometry(0.0));
+  synchronizer.Push(Image(0.5));
+  synchronizer.Push(Odometry(0.52));
+  EXPECT_FALSE(synchronizer.Pop().has_value());
+  synchronizer.Push(Odometry(0.56));
+  const auto packet = synchronizer.Pop();
+  ASSERT_TRUE(packet.has_value());
+  EXPECT_NEAR(packet->T_base_camera.translation.x(), 0.15, 1e-9);
+}
+
 TEST(Synchronizer, ImageWaitsUntilOdometryCoversIt) {
   Synchronizer synchronizer(true);
   synchronizer.Push(Odometry(0.0));

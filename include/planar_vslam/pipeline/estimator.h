@@ -23,6 +23,7 @@
 #include "planar_vslam/pipeline/executor.h"
 #include "planar_vslam/pipeline/frame_report.h"
 #include "planar_vslam/pipeline/frame_view.h"
+#include "planar_vslam/pipeline/image_clock.h"
 #include "planar_vslam/pipeline/input_corrector.h"
 #include "planar_vslam/pipeline/input_watch.h"
 #include "planar_vslam/pipeline/localization.h"
@@ -104,6 +105,7 @@ class Estimator {
     InputWatch watch;
     OdometryContinuity continuity;
     InputCorrector corrector;
+    ImageClock clock;
     Synchronizer synchronizer;
     OdometryBuffer wheels;  // the odometry frame as its source has it, on the camera's clock: for T_map_odom
   };
@@ -112,6 +114,7 @@ class Estimator {
 
   std::vector<FrameReport> Drain();
   FrameReport Process(const FramePacket& packet);
+  void WatchClock(const FramePacket& packet, const TrackedFrame& frame);
   void FollowMap(bool wait, StageTimes* times);
   void WaitForMap();
   void FollowSweeps();

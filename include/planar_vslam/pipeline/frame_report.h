@@ -13,6 +13,7 @@
 #include "planar_vslam/geometry/stopwatch.h"
 #include "planar_vslam/pipeline/map_scale.h"
 #include "planar_vslam/pipeline/stage_statistics.h"
+#include "planar_vslam/pipeline/synchronizer.h"
 #include "planar_vslam/pipeline/wheel_check.h"
 #include "planar_vslam/pipeline/wheel_errors.h"
 
@@ -26,6 +27,7 @@ struct FrameReport {
   // Where the odometry frame, as its source gives it, lies on the floor of the map. The base is projected, not the
   // frame: that one tilts about an origin far away.
   std::optional<Rigid2> T_map_odom;
+  Rigid2 T_base_exposed;  // the base when the image was taken, in the base at its stamp, by what is known of its clock
   bool metric = false;
   int inliers = 0;
   bool keyframe = false;
@@ -68,6 +70,7 @@ struct EstimatorReport {
   bool own_map = false;              // the start was not recognised in the map that was loaded...
   std::optional<JoinReport> joined;  // ...and the map that the drive made became one with it
   long odometry_rejected = 0;
+  std::optional<ImageOffset> image_offset;  // s, where turns have told something of it
   std::optional<Deviation> missed_readout;  // s, by how much an image's rows take longer than configured
   long slips = 0;                           // times the wheels went another way than the view
   std::optional<ScaleReport> scale;         // only where the map was scaled

@@ -55,7 +55,7 @@ class ImageTiming {
 
   ImageTimingOptions options_;
   CameraModel camera_;
-  std::optional<Rigid3> T_base_camera_;  // of the image before: a head that turns is no turn of the base
+  std::optional<Rigid3> T_base_camera_;  // mount of the image before: a head that turns is no turn of the base
   std::map<Timestamp, double> rates_;    // rad/s, of keyframes
   Block block_ = Block::Zero();          // under way, ...
   int frames_ = 0;                       // ...its frames

@@ -20,6 +20,7 @@ struct TrackedFrame {
   std::optional<PlanarMotion> step;   // by odometry since the frame before
   TrackResult track;                  // where there was a map to track in
   std::optional<std::size_t> number;  // in the trajectory; nothing for a frame without a pose
+  bool by_view_alone = false;         // the view told where it is, beside the wheels
 };
 
 class Mapping {

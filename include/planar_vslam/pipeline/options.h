@@ -41,6 +41,7 @@ struct MountUncertainty {
 struct ImageTimingOptions {
   double readout = 0.0;       // s
   double sigma_clock = 0.01;  // s, of a camera whose images are stamped on arrival
+  bool learn_clock = true;    // beyond calibration.time_offset
 
   template <class Self, class Visitor>
   static void Visit(Self& o, Visitor& v) {
@@ -49,6 +50,7 @@ struct ImageTimingOptions {
       "from an image's first row to its last; its stamp is that of the middle row");
     v("sigma_clock", o.sigma_clock, unit::kSeconds, bound::AtLeast(0.0),
       "how far the images' stamps may be off the wheels' clock: part of published covariances");
+    v("learn_clock", o.learn_clock, "by how much they are off is learned from turns, and corrected");
   }
   std::vector<std::string> Problems() const { return ProblemsOf(*this); }
 };

@@ -17,12 +17,19 @@ struct ScanPacket {
   Rigid2 T_frame_base;  // base at the scan's stamp in the base at the packet's image
 };
 
+// When images were taken, later on odometry's clock than their stamps say; negative as a rule. Seconds.
+struct ImageOffset {
+  double value = 0.0, sigma = 0.0;
+};
+
 struct FramePacket {
   ImageFrame image;
-  Rigid3 T_base_camera;
+  Rigid3 T_base_camera;                   // when the image was taken, in the base at its stamp
   std::vector<OdometryReading> odometry;  // from the packet before to this one, both ends interpolated; may be empty
-  std::optional<Rigid2> T_odom_base;      // at the image
-  std::vector<ScanPacket> scans;          // since the packet before, up to the image
+  std::optional<Rigid2> T_odom_base;      // at the image's stamp
+  std::vector<ScanPacket> scans;          // since the packet before, up to the image's stamp
+  Rigid2 T_base_exposed = {};             // the base when the image was taken, in the base at its stamp...
+  ImageOffset image_offset = {};          // ...which follows from this
 };
 
 class Synchronizer {
@@ -34,6 +41,8 @@ class Synchronizer {
   void Push(CameraFrame frame);
   void Push(const OdometryReading& reading);
   void Push(LaserFrame frame);
+  // For images that have not been popped yet.
+  void SetImageOffset(const ImageOffset& offset) { image_offset_ = offset; }
   // No more input will come: images odometry does not reach are passed on without.
   void Finish() { finished_ = true; }
   std::optional<FramePacket> Pop();
@@ -45,9 +54,11 @@ class Synchronizer {
 
  private:
   FramePacket Assemble(CameraFrame frame);
+  Timestamp Exposed(Timestamp image) const;
 
   bool with_odometry_;
   bool finished_ = false;
+  ImageOffset image_offset_;
   OdometryBuffer odometry_;
   std::deque<CameraFrame> images_;
   std::deque<LaserFrame> scans_;

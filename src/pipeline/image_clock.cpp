@@ -1,0 +1,111 @@
+#include "planar_vslam/pipeline/image_clock.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace planar_vslam {
+namespace {
+
+constexpr double kShortest = 0.6, kLongest = 1.0;  // s from the first to the second of a pair
+
+Timestamp Shifted(Timestamp stamp, double seconds) {
+  return {stamp.nanoseconds + Timestamp::FromSeconds(seconds).nanoseconds};
+}
+
+// rad/s, around the stamp.
+std::optional<double> TurnRate(const OdometryBuffer& wheels, Timestamp stamp) {
+  constexpr double kAround = 0.025;  // s
+  const std::optional<Rigid2> before = wheels.Interpolate(Shifted(stamp, -kAround));
+  const std::optional<Rigid2> after = wheels.Interpolate(Shifted(stamp, kAround));
+  if (!before.has_value() || !after.has_value()) return std::nullopt;
+  return WrapAngle(after->angle - before->angle) / (2.0 * kAround);
+}
+
+double HuberWeight(double residual) {
+  constexpr double kUsual = 5e-3;  // rad: chosen by looking at five drives
+  return kUsual / std::max(kUsual, std::abs(residual));
+}
+
+// Of N(0, variance), up to a factor.
+double Likelihood(double x, double variance) { return std::exp(-0.5 * x * x / variance) / std::sqrt(variance); }
+
+}  // namespace
+
+void ImageClock::Watch(const FramePacket& packet, const std::optional<Rigid2>& T_map_base) {
+  if (!options_.learn_clock) return;
+  for (const OdometryReading& reading : packet.odometry) (void)wheels_.Push(reading);
+  wheels_.DropBefore(Shifted(packet.image.stamp, -kLongest));
+  if (waiting_.has_value()) {
+    const std::optional<double> rate = TurnRate(wheels_, waiting_->stamp);
+    if (rate.has_value()) Take({waiting_->stamp, waiting_->off, waiting_->odom, *rate});
+  }
+  waiting_.reset();
+  if (!T_map_base.has_value() || !packet.T_odom_base.has_value()) return;
+  const double odom = packet.T_odom_base->angle;
+  waiting_ = Heading{packet.image.stamp, WrapAngle(T_map_base->angle + packet.T_base_exposed.angle - odom), odom};
+}
+
+void ImageClock::Forget() {
+  waiting_.reset();
+  headings_.clear();
+}
+
+void ImageClock::Take(const Heading& heading) {
+  while (!headings_.empty() && SecondsBetween(headings_.front().stamp, heading.stamp) > kLongest) headings_.pop_front();
+  const auto later = std::find_if(headings_.begin(), headings_.end(), [&](const Heading& other) {
+    return SecondsBetween(other.stamp, heading.stamp) < kShortest;
+  });
+  headings_.push_back(heading);
+  if (later == headings_.begin()) return;
+  constexpr double kLeastRate = 0.03, kLeastTurn = 0.05;  // rad/s, rad: less tells nothing
+  constexpr std::size_t kMost = 1000;
+  const Heading& before = *std::prev(later);
+  const Pair pair{heading.rate - before.rate, WrapAngle(heading.odom - before.odom),
+                  WrapAngle(heading.off - before.off), 1.0 / static_cast<double>(headings_.end() - later)};
+  if (std::abs(pair.rate) < kLeastRate && std::abs(pair.turn) < kLeastTurn) return;
+  pairs_.push_back(pair);
+  if (pairs_.size() > kMost) pairs_.pop_front();
+  Solve();
+}
+
+// One round of reweighting: the next pair brings the next.
+void ImageClock::Solve() {
+  constexpr double kOfShare = 0.01;  // (3 mrad / 0.03)^2, what is known of s before
+  double uu = 0.0, ua = 0.0, aa = kOfShare, uy = 0.0, ay = 0.0;
+  for (const Pair& p : pairs_) {
+    const double weight = p.share * HuberWeight(Residual(p));
+    uu += weight * p.rate * p.rate;
+    ua += weight * p.rate * p.turn;
+    aa += weight * p.turn * p.turn;
+    uy += weight * p.rate * p.off;
+    ay += weight * p.turn * p.off;
+  }
+  const double left = uu - ua * ua / aa;
+  if (!(left > 0.0)) return;
+  known_[0] = (uy - ua / aa * ay) / left;
+  known_[1] = (ay - ua * known_[0]) / aa;
+  constexpr double kLeast = 1e-3;  // rad, that a residual counts for at least: few may be small by chance
+  double scatter = 0.0;
+  for (const Pair& p : pairs_) {
+    const double residual = Residual(p), own = p.rate - ua / aa * p.turn, weight = HuberWeight(residual);
+    scatter += p.share * weight * weight * own * own * (residual * residual + kLeast * kLeast);
+  }
+  Weigh(scatter / (left * left));
+}
+
+void ImageClock::Weigh(double variance) {
+  constexpr double kFarthest = 0.15;  // s; beyond, no driver's delay
+  const double prior = 2.0 * options_.sigma_clock * options_.sigma_clock, estimate = known_[0];
+  const double none = Likelihood(estimate, variance), some = Likelihood(estimate, variance + prior);
+  if (!(none + some > 0.0)) return;
+  const double probability = some / (some + none), mean = estimate * prior / (prior + variance);
+  constexpr double kSure = 0.9;
+  const double value = probability > kSure ? std::clamp(mean, -kFarthest, kFarthest) : 0.0;
+  const double spread = probability * (variance * prior / (variance + prior) + std::pow(mean - value, 2)) +
+                        (1.0 - probability) * value * value;
+  offset_ = {value, std::sqrt(spread)};
+}
+
+double ImageClock::Residual(const Pair& p) const { return p.off - p.rate * known_[0] - p.turn * known_[1]; }
+
+}  // namespace planar_vslam
