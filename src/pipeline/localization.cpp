@@ -30,7 +30,8 @@ Localization::Localization(const PipelineOptions& options, const MeasurementMode
       known_{nullptr, std::nullopt, WheelNoise{}, options.mount},
       trajectory_(trajectory_frames),
       relocalizer_({options.laser_localize, options.scan_match, options.systematic,
-                    model.planar.mode != PlanarMode::kOff, schedule}) {}
+                    model.planar.mode != PlanarMode::kOff, schedule}),
+      laser_slip_(options.scan_match) {}
 
 void Localization::StartIn(std::shared_ptr<const Map> map) {
   known_.map = std::move(map);
@@ -84,6 +85,7 @@ TrackedFrame Localization::Locate(const FramePacket& packet, KeyframeSlot slot, 
   }
   if (!packet.odometry.empty()) {
     frame.step = Noisier(Preintegrate(packet.odometry, model_.odometry_noise), known_.wheel_noise);
+    if (slot != KeyframeSlot::kNone) CheckSlip(packet, &*frame.step, report);
   }
   const Stopwatch tracking;
   if (known_.map == nullptr && new_map == nullptr) {
@@ -96,6 +98,15 @@ TrackedFrame Localization::Locate(const FramePacket& packet, KeyframeSlot slot, 
     report->times.push_back({"frame.track", tracking.Milliseconds()});
   }
   return frame;
+}
+
+void Localization::CheckSlip(const FramePacket& packet, PlanarMotion* step, FrameReport* report) {
+  const Stopwatch checking;
+  const std::optional<PlanarMotion> slipped = laser_slip_.Check(packet, *step, last_.blind && known_.map->metric);
+  if (last_.blind) report->times.push_back({"frame.check_slip", checking.Milliseconds()});
+  if (!slipped.has_value()) return;
+  *step = *slipped;
+  report->odometry_rejected = true;
 }
 
 std::shared_ptr<const Map> Localization::Initialize(const FramePacket& packet, TrackedFrame* frame,
@@ -159,7 +170,7 @@ void Localization::Track(const FramePacket& packet, KeyframeSlot slot, TrackedFr
   report->covariance =
       track.covariance + CovarianceOfMapAt(track.T_map_base, *known_.map, known_.accuracy, known_.mount);
   report->covariance(kPlanarRows, kPlanarRows) += relocalizer_.Drift() + images_.timing.ClockCovariance(packet);
-  report->odometry_rejected = track.odometry_rejected;
+  report->odometry_rejected = report->odometry_rejected || track.odometry_rejected;
   if (!tracker_.localized()) {
     report->state = TrackingState::kInitializing;
     report->waiting_for = "a view that the saved map knows";
@@ -252,6 +263,7 @@ void Localization::Record(const FramePacket& packet, bool was_localized, Tracked
   last_.T_map_base = track.T_map_base;
   last_.covariance = track.covariance;
   last_.stamp = packet.image.stamp;
+  last_.blind = track.status == TrackingState::kOdometry;
   if (track.jumped) last_.leads_from = packet.image.stamp;
 }
 

@@ -10,6 +10,7 @@
 #include "planar_vslam/pipeline/early_frames.h"
 #include "planar_vslam/pipeline/frame_report.h"
 #include "planar_vslam/pipeline/image_timing.h"
+#include "planar_vslam/pipeline/laser_slip.h"
 #include "planar_vslam/pipeline/map_accuracy.h"
 #include "planar_vslam/pipeline/map_change.h"
 #include "planar_vslam/pipeline/mapping.h"
@@ -57,6 +58,8 @@ class Localization {
  private:
   std::shared_ptr<const Map> Initialize(const FramePacket& packet, TrackedFrame* frame, FrameReport* report);
   void Track(const FramePacket& packet, KeyframeSlot slot, TrackedFrame* frame, FrameReport* report);
+  // Wheels that slip while a map grows and nothing is seen of it, as the laser tells.
+  void CheckSlip(const FramePacket& packet, PlanarMotion* step, FrameReport* report);
   void Record(const FramePacket& packet, bool was_localized, TrackedFrame* frame);
   // Where the place is unknown: whether it has become clear. Frames go on from there.
   bool FindPlace(const FramePacket& packet, const TrackedFrame& frame, bool map_grows);
@@ -94,12 +97,14 @@ class Localization {
   } known_;
   TrajectoryRecorder trajectory_;
   Relocalizer relocalizer_;
+  LaserSlip laser_slip_;
   PoseSlew slew_;
   struct {
     Rigid3 T_map_base;
     Timestamp stamp;
     Matrix6d covariance = Matrix6d::Zero();  // without that of the map
     Timestamp leads_from;                    // stamp from which on poses lead to it without a jump
+    bool blind = false;                      // the wheels alone told its pose
   } last_;                                   // frame with a pose
 };
 
