@@ -89,8 +89,7 @@ void ImageClock::Solve() {
   known_[0] = (uy - ua / aa * ay) / left;
   known_[1] = (ay - ua * known_[0]) / aa;
   const Turns turns = SumTurns(ua / aa);
-  constexpr double kFewest =
-      4.0;  // chosen by looking: with three, one of five drives without an offset had one at times
+  constexpr double kFewest = 4.0;  // chosen by looking: with three, south_hall was given an offset it does not have
   if (turns.count < kFewest) return;
   constexpr double kBias = 2e-3;  // s, common to all turns: of rolling shutters, and of poses that follow the wheels
   Weigh(turns.scatter / (left * left) * turns.count / (turns.count - 1.0) + kBias * kBias);
