@@ -194,6 +194,7 @@ void Estimator::StartSession(std::shared_ptr<const Map> map) {
   if (session_ != nullptr) EndOn(retiring_.get(), std::move(session_));
   session_ = std::make_unique<Session>(settings_, model_);
   view_ = {};
+  input_->clock.Forget();
   session_->report.wheels = UnknownWheelErrors(settings_.options.systematic);
   input_->corrector.Take(session_->report.wheels);
   if (map == nullptr) return;
@@ -226,6 +227,7 @@ void Estimator::StartOwnMap(const FramePacket& packet, TrackedFrame* frame, Fram
   by_own_map.stamp = report->stamp;
   TrackedFrame own_frame = session.own->Locate(packet, KeyframeSlot::kNone, &by_own_map, new_map);
   if (*new_map == nullptr) return;
+  input_->clock.Forget();
   if (session.mapping != nullptr) EndOn(retiring_.get(), std::move(session.mapping));
   session.known = std::make_unique<KnownMap>(std::exchange(session.localization, std::move(session.own)));
   session.report.own_map = true;
@@ -300,6 +302,7 @@ Expected<bool> Estimator::StartAt(const Rigid3& T_map_base, const Matrix6d& cova
                              distance, kFarthest)};
   }
   session_->localization->StartAt(T_map_base, covariance);
+  input_->clock.Forget();
   if (session_->mapping != nullptr) session_->mapping->BreakMotion();
   return true;
 }

@@ -43,9 +43,10 @@ FramePacket Synchronizer::Assemble(CameraFrame frame) {
   packet.image = std::move(frame.image);
   packet.T_base_camera = frame.T_base_camera;
   packet.T_odom_base = odometry_.Interpolate(stamp);
-  packet.image_offset = image_offset_;
   const std::optional<Rigid2> T_odom_exposed = odometry_.Interpolate(Exposed(stamp));
-  if (packet.T_odom_base.has_value() && T_odom_exposed.has_value() && image_offset_.value != 0.0) {
+  const bool known = packet.T_odom_base.has_value() && T_odom_exposed.has_value();
+  if (known) packet.image_offset = image_offset_;
+  if (known && image_offset_.value != 0.0) {
     packet.T_base_exposed = packet.T_odom_base->Inverse() * *T_odom_exposed;
     packet.T_base_camera = Embed3(packet.T_base_exposed) * packet.T_base_camera;
   }

@@ -21,7 +21,6 @@ class LaserSlip {
   // Takes each frame. The step since the one before it where the wheels slipped; nothing where they did not, or the
   // camera sees for itself (`blind` is false), or sweeps do not tell.
   std::optional<PlanarMotion> Check(const FramePacket& packet, const PlanarMotion& step, bool blind);
-  void Forget() { last_.reset(); }
 
  private:
   std::optional<ScanPacket> Latest(const FramePacket& packet) const;

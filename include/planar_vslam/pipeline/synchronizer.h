@@ -29,7 +29,7 @@ struct FramePacket {
   std::optional<Rigid2> T_odom_base;      // at the image's stamp
   std::vector<ScanPacket> scans;          // since the packet before, up to the image's stamp
   Rigid2 T_base_exposed = {};             // the base when the image was taken, in the base at its stamp...
-  ImageOffset image_offset = {};          // ...which follows from this
+  ImageOffset image_offset = {};          // ...which follows from this; zero where odometry does not reach there
 };
 
 class Synchronizer {
