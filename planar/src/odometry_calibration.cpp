@@ -12,10 +12,6 @@ namespace {
 
 constexpr double kNanosecondsPerSecond = 1e9;
 
-Timestamp Shifted(Timestamp t, double seconds) {
-  return Timestamp{t.nanoseconds + static_cast<std::int64_t>(std::llround(seconds * kNanosecondsPerSecond))};
-}
-
 // An instant to a fraction of a nanosecond: derivatives by the time offset need that.
 struct Instant {
   Timestamp origin;

@@ -257,4 +257,16 @@ std::optional<ScanMatch> MatchScans(const PreparedScan& reference, const Prepare
   return match;
 }
 
+PlanarMotion MotionOf(const ScanMatch& match, double seconds) {
+  Eigen::Matrix3d B = Eigen::Matrix3d::Identity();  // right perturbation at the current base -> frame of the reference
+  B.topLeftCorner<2, 2>() = match.T_reference_current.R();
+  PlanarMotion motion;
+  motion.T_i_j = match.T_reference_current;
+  motion.covariance = B * match.covariance * B.transpose();
+  motion.distance = match.T_reference_current.translation.norm();
+  motion.turn = std::abs(match.T_reference_current.angle);
+  motion.seconds = seconds;
+  return motion;
+}
+
 }  // namespace planar_vslam

@@ -31,18 +31,6 @@ std::vector<KeyframeId> LaserReferences(const Map& map, KeyframeId newest) {
   return references;
 }
 
-MotionLink ToLink(KeyframeId from, const ScanMatch& match, double seconds) {
-  Eigen::Matrix3d B = Eigen::Matrix3d::Identity();  // right perturbation at the current base -> frame of the reference
-  B.topLeftCorner<2, 2>() = match.T_reference_current.R();
-  PlanarMotion motion;
-  motion.T_i_j = match.T_reference_current;
-  motion.covariance = B * match.covariance * B.transpose();
-  motion.distance = match.T_reference_current.translation.norm();
-  motion.turn = std::abs(match.T_reference_current.angle);
-  motion.seconds = seconds;
-  return {from, motion};
-}
-
 }  // namespace
 
 PreparedScan OwnSweep(const Keyframe& keyframe, const ScanMatchOptions& options) {
@@ -78,7 +66,7 @@ MapEdit LinkByLaser(const Map& map, KeyframeId newest, const ScanMatchOptions& o
     if (!match.has_value()) continue;
     const Rigid2 correction = guess.Inverse() * match->T_reference_current;
     if (correction.translation.norm() > options.max_offset || std::abs(correction.angle) > kLargestTurn) continue;
-    step.links.push_back(ToLink(id, *match, SecondsBetween(reference.stamp, current.stamp)));
+    step.links.push_back({id, MotionOf(*match, SecondsBetween(reference.stamp, current.stamp))});
   }
   return {step};
 }

@@ -9,10 +9,6 @@ namespace {
 // s from the first to the second of a pair. Chosen by looking at five drives: over 0.1 s -3 ms come out of -21.
 constexpr double kShortest = 0.6, kLongest = 1.0;
 
-Timestamp Shifted(Timestamp stamp, double seconds) {
-  return {stamp.nanoseconds + Timestamp::FromSeconds(seconds).nanoseconds};
-}
-
 // rad/s, around the stamp.
 std::optional<double> TurnRate(const OdometryBuffer& wheels, Timestamp stamp) {
   constexpr double kAround = 0.025;  // s

@@ -13,10 +13,6 @@ constexpr double kNearOffset = 0.3;         // s, to either side of a rough offs
 constexpr std::size_t kBlock = 25;          // directions ...
 constexpr std::size_t kFewestBlocks = 5;    // ... whose blocks tell how well it is known
 
-Timestamp Shifted(Timestamp stamp, double seconds) {
-  return {stamp.nanoseconds + Timestamp::FromSeconds(seconds).nanoseconds};
-}
-
 // The wheels' motion between two stamps of the camera's clock.
 std::optional<Rigid2> Driven(const OdometryBuffer& wheels, Timestamp from, Timestamp to, double offset) {
   const std::optional<Rigid2> first = wheels.Interpolate(Shifted(from, offset));

@@ -33,17 +33,13 @@ void Synchronizer::Push(LaserFrame frame) {
   scans_.push_back(std::move(frame));
 }
 
-Timestamp Synchronizer::Exposed(Timestamp image) const {
-  return {image.nanoseconds + Timestamp::FromSeconds(image_offset_.value).nanoseconds};
-}
-
 FramePacket Synchronizer::Assemble(CameraFrame frame) {
   FramePacket packet;
   const Timestamp stamp = frame.image.stamp;
   packet.image = std::move(frame.image);
   packet.T_base_camera = frame.T_base_camera;
   packet.T_odom_base = odometry_.Interpolate(stamp);
-  const std::optional<Rigid2> T_odom_exposed = odometry_.Interpolate(Exposed(stamp));
+  const std::optional<Rigid2> T_odom_exposed = odometry_.Interpolate(Shifted(stamp, image_offset_.value));
   const bool known = packet.T_odom_base.has_value() && T_odom_exposed.has_value();
   if (known) packet.image_offset = image_offset_;
   if (known && image_offset_.value != 0.0) {
@@ -74,7 +70,8 @@ std::optional<FramePacket> Synchronizer::Pop() {
   while (!images_.empty()) {
     const Timestamp stamp = images_.front().image.stamp;
     const bool waits =
-        with_odometry_ && !finished_ && (odometry_.empty() || odometry_.last_stamp() < std::max(stamp, Exposed(stamp)));
+        with_odometry_ && !finished_ &&
+        (odometry_.empty() || odometry_.last_stamp() < Shifted(stamp, std::max(0.0, image_offset_.value)));
     constexpr double kPatience = 2.0;  // s of newer images; the next covered image bridges the gap
     if (waits && SecondsBetween(stamp, images_.back().image.stamp) > kPatience) {
       ++dropped_["image waited for odometry in vain"];

@@ -3,21 +3,27 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
 
-#include "support/scanned_room.h"
+#include "localize/floor_plan.h"
 
 namespace planar_vslam {
 namespace {
 
+using test::FloorPlan;
+using test::Office;
+
+FloorPlan Corridor() { return FloorPlan().Wall(-50, 1, 50, 1).Wall(-50, 3, 50, 3); }
+
 class LaserSlipTest : public ::testing::Test {
  protected:
-  FramePacket PacketAt(double t, const std::vector<Segment>& walls, const Rigid2& T_world_base) {
+  // `before`: when the frame before was.
+  FramePacket PacketAt(double before, double t, const FloorPlan& plan, const Rigid2& T_world_base) {
     FramePacket packet;
     packet.image.stamp = Timestamp::FromSeconds(t);
-    PlanarScan scan = Sweep(walls, T_world_base, 0.01, &generator_);
+    packet.odometry = {{Timestamp::FromSeconds(before), Rigid2()}, {packet.image.stamp, Rigid2()}};
+    PlanarScan scan = plan.Sweep(T_world_base, ++sweeps_);
     scan.stamp = packet.image.stamp;
-    packet.scans.push_back({std::move(scan), kT_base_laser, Rigid2()});
+    packet.scans.push_back({std::move(scan), FloorPlan::T_base_laser(), Rigid2()});
     return packet;
   }
   static PlanarMotion StepOf(const Rigid2& T_i_j) {
@@ -29,20 +35,20 @@ class LaserSlipTest : public ::testing::Test {
     return step;
   }
   // The step that is made of what the wheels say, where the base truly moved by `truth`.
-  std::optional<PlanarMotion> Step(const std::vector<Segment>& walls, const Rigid2& truth, const Rigid2& wheels,
+  std::optional<PlanarMotion> Step(const FloorPlan& plan, const Rigid2& truth, const Rigid2& wheels,
                                    bool blind = true) {
     LaserSlip slip({});
-    EXPECT_FALSE(slip.Check(PacketAt(0.0, walls, start_), PlanarMotion{}, blind).has_value()) << "nothing before";
-    return slip.Check(PacketAt(0.1, walls, start_ * truth), StepOf(wheels), blind);
+    EXPECT_FALSE(slip.Check(PacketAt(-0.1, 0.0, plan, start_), PlanarMotion{}, blind).has_value()) << "nothing before";
+    return slip.Check(PacketAt(0.0, 0.1, plan, start_ * truth), StepOf(wheels), blind);
   }
 
-  const Rigid2 start_{0.2, -0.3, 0.4};
-  std::mt19937 generator_{7};
+  const Rigid2 start_{2.2, 1.7, 0.4};
+  unsigned sweeps_ = 0;
 };
 
 TEST_F(LaserSlipTest, TurnThatTheWheelsMissedIsTheLasers) {
   const Rigid2 truth(0.02, 0.0, 0.07);
-  const auto step = Step(Room(), truth, Rigid2(0.02, 0.0, 0.015));
+  const auto step = Step(Office(), truth, Rigid2(0.02, 0.0, 0.015));
   ASSERT_TRUE(step.has_value());
   EXPECT_NEAR(step->T_i_j.angle, truth.angle, 0.005);
   EXPECT_LT((step->T_i_j.translation - truth.translation).norm(), 0.015);
@@ -51,7 +57,7 @@ TEST_F(LaserSlipTest, TurnThatTheWheelsMissedIsTheLasers) {
 }
 
 TEST_F(LaserSlipTest, WheelsThatSpinOnTheSpotAreStopped) {
-  const auto step = Step(Room(), Rigid2(), Rigid2(0.08, 0.0, 0.0));
+  const auto step = Step(Office(), Rigid2(), Rigid2(0.08, 0.0, 0.0));
   ASSERT_TRUE(step.has_value());
   EXPECT_LT(step->T_i_j.translation.norm(), 0.015);
 }
@@ -59,7 +65,7 @@ TEST_F(LaserSlipTest, WheelsThatSpinOnTheSpotAreStopped) {
 TEST_F(LaserSlipTest, WheelsThatAgreeStayAsTheyAre) {
   for (int k = 0; k < 20; ++k) {
     const Rigid2 truth(0.03, 0.001 * k, 0.01 * (k - 10));
-    EXPECT_FALSE(Step(Room(), truth, truth * Rigid2(0.003, 0.0, 0.003)).has_value()) << k;
+    EXPECT_FALSE(Step(Office(), truth, truth * Rigid2(0.003, 0.0, 0.003)).has_value()) << k;
   }
 }
 
@@ -72,28 +78,36 @@ TEST_F(LaserSlipTest, AlongACorridorTheWheelsTell) {
 }
 
 TEST_F(LaserSlipTest, CameraThatSeesNeedsNoLaser) {
-  EXPECT_FALSE(Step(Room(), Rigid2(0.02, 0.0, 0.07), Rigid2(0.02, 0.0, 0.015), false).has_value());
+  EXPECT_FALSE(Step(Office(), Rigid2(0.02, 0.0, 0.07), Rigid2(0.02, 0.0, 0.015), false).has_value());
 }
 
 TEST_F(LaserSlipTest, OldOrMissingSweepsTellNothing) {
   LaserSlip slip({});
   const Rigid2 truth(0.0, 0.0, 0.07);
-  (void)slip.Check(PacketAt(0.0, Room(), start_), PlanarMotion{}, true);
-  FramePacket without;
-  without.image.stamp = Timestamp::FromSeconds(0.1);
+  (void)slip.Check(PacketAt(-0.1, 0.0, Office(), start_), PlanarMotion{}, true);
+  FramePacket without = PacketAt(0.0, 0.1, Office(), start_);
+  without.scans.clear();
   EXPECT_FALSE(slip.Check(without, StepOf({}), true).has_value());
-  EXPECT_FALSE(slip.Check(PacketAt(0.2, Room(), start_ * truth), StepOf({}), true).has_value());
-  FramePacket old = PacketAt(0.3, Room(), start_);
+  EXPECT_FALSE(slip.Check(PacketAt(0.1, 0.2, Office(), start_ * truth), StepOf({}), true).has_value());
+  FramePacket old = PacketAt(0.2, 0.3, Office(), start_);
   old.scans.back().scan.stamp = Timestamp::FromSeconds(0.1);
   EXPECT_FALSE(slip.Check(old, StepOf({}), true).has_value());
+}
+
+TEST_F(LaserSlipTest, SweepsFromBeforeAGapTellNothing) {
+  LaserSlip slip({});
+  (void)slip.Check(PacketAt(-0.1, 0.0, Office(), start_), PlanarMotion{}, true);
+  // Frames in between were not shown to it: the map did not grow, or odometry was missing.
+  const FramePacket later = PacketAt(4.9, 5.0, Office(), start_ * Rigid2(0.05, 0.0, 0.1));
+  EXPECT_FALSE(slip.Check(later, StepOf({}), true).has_value());
 }
 
 TEST_F(LaserSlipTest, LaserThatOnlyDrawsTheMapTellsNothing) {
   ScanMatchOptions options;
   options.enabled = false;
   LaserSlip slip(options);
-  (void)slip.Check(PacketAt(0.0, Room(), start_), PlanarMotion{}, true);
-  EXPECT_FALSE(slip.Check(PacketAt(0.1, Room(), start_ * Rigid2(0.0, 0.0, 0.07)), StepOf({}), true).has_value());
+  (void)slip.Check(PacketAt(-0.1, 0.0, Office(), start_), PlanarMotion{}, true);
+  EXPECT_FALSE(slip.Check(PacketAt(0.0, 0.1, Office(), start_ * Rigid2(0.0, 0.0, 0.07)), StepOf({}), true).has_value());
 }
 
 }  // namespace

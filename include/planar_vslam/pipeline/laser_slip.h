@@ -18,15 +18,14 @@ class LaserSlip {
  public:
   explicit LaserSlip(const ScanMatchOptions& options) : options_(options) {}
 
-  // Takes each frame. The step since the one before it where the wheels slipped; nothing where they did not, or the
-  // camera sees for itself (`blind` is false), or sweeps do not tell.
+  // Takes each frame. The step since the frame before where the wheels slipped; nothing where they did not, or the
+  // camera sees for itself (`blind` is false), or sweeps do not tell, as where frames were left out.
   std::optional<PlanarMotion> Check(const FramePacket& packet, const PlanarMotion& step, bool blind);
 
  private:
-  std::optional<ScanPacket> Latest(const FramePacket& packet) const;
-
   ScanMatchOptions options_;
-  std::optional<ScanPacket> last_;  // of the frame before
+  ScanPacket last_;                 // before the image of...
+  std::optional<Timestamp> frame_;  // ...this frame; none where it had no sweep
 };
 
 }  // namespace planar_vslam

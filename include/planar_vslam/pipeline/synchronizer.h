@@ -54,7 +54,6 @@ class Synchronizer {
 
  private:
   FramePacket Assemble(CameraFrame frame);
-  Timestamp Exposed(Timestamp image) const;
 
   bool with_odometry_;
   bool finished_ = false;

@@ -24,4 +24,8 @@ inline double SecondsBetween(Timestamp earlier, Timestamp later) {
   return static_cast<double>(later.nanoseconds - earlier.nanoseconds) * 1e-9;
 }
 
+inline Timestamp Shifted(Timestamp stamp, double seconds) {
+  return {stamp.nanoseconds + Timestamp::FromSeconds(seconds).nanoseconds};
+}
+
 }  // namespace planar_vslam

@@ -65,6 +65,8 @@ struct ScanMatch {
   double share = 0.0;                                        // of the current points that lie on reference surfaces
   double rms = 0.0;                                          // m, of those points
 };
+// With its covariance in the frame of the reference. `seconds`: between the two sweeps.
+PlanarMotion MotionOf(const ScanMatch& match, double seconds);
 // Nothing where the sweeps are too small, overlap too little or do not settle.
 std::optional<ScanMatch> MatchScans(const PreparedScan& reference, const PreparedScan& current, const Rigid2& guess,
                                     const ScanMatchOptions& options);
