@@ -1,7 +1,6 @@
 #include "planar_vslam/planar/odometry_calibration.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "planar_vslam/geometry/check.h"
 #include "planar_vslam/planar/pose_manifold.h"
@@ -9,8 +8,6 @@
 
 namespace planar_vslam {
 namespace {
-
-constexpr double kNanosecondsPerSecond = 1e9;
 
 // An instant to a fraction of a nanosecond: derivatives by the time offset need that.
 struct Instant {
