@@ -1,6 +1,7 @@
 #include "planar_vslam/navigate/foresight.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace planar_vslam {
@@ -14,6 +15,17 @@ constexpr double kBeside = 4.0;                 // of a second where the margin 
 constexpr double kDeep = 100.0;                 // more, a metre within the body: least of all through the middle
 
 }  // namespace
+
+double GapAt(const Foresight& foresight, const NavigateOptions& options, const Eigen::Vector2d& p_map, double time) {
+  double nearest = std::numeric_limits<double>::infinity();
+  const double at = std::clamp(time / Foresight::kPeriod, 0.0, static_cast<double>(foresight.count() - 1));
+  const auto k = static_cast<std::size_t>(at);
+  for (const auto& way : foresight.people) {
+    const Eigen::Vector2d step = way[std::min(k + 1, way.size() - 1)] - way[k];
+    nearest = std::min(nearest, (way[k] + (at - static_cast<double>(k)) * step - p_map).squaredNorm());
+  }
+  return std::sqrt(nearest) - options.robot_radius - options.person_radius;
+}
 
 Risk RiskAt(const Foresight& foresight, const NavigateOptions& options, const Eigen::Vector2d& p_map, int step) {
   if (foresight.empty()) return {};

@@ -211,7 +211,7 @@ Intention Navigator::IntentionOf(const NavigatorInput& input, const PlaneVelocit
 
 NavigatorOutput Navigator::AmongPeople(const NavigatorInput& input, const Surroundings& surroundings,
                                        NavigatorOutput output) {
-  const Foresight foresight = people_.ForeseeFrom(input.time, costmap_);
+  const Foresight foresight = people_.ForeseeFrom(input.time, options_.foresight, costmap_);
   if (output.state != GoalState::kDriving || foresight.empty()) {
     kept_since_.reset();
     return output;

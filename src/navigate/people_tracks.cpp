@@ -11,6 +11,7 @@ constexpr double kFarthest = 8.0;   // m: beyond, a leg is two returns
 constexpr double kLeg = 0.7;        // m: what is longer is no part of a body at a laser's height
 constexpr double kHalfALeg = 0.06;  // m from what the laser sees of one to its middle
 constexpr double kStride = 0.6;     // m from one leg to the other
+constexpr double kOfABody = 0.35;   // m from somebody's middle to a leg of theirs
 constexpr double kPerson = 1.0;     // m: what is longer is no person
 // From the map's obstacles, for noise of the pose: m, and a metre of range more, which is its heading.
 constexpr double kBesideTheMap = 0.1, kBesideFarAway = 0.025;
@@ -39,8 +40,9 @@ struct Returns {
 
 class PartFinder {
  public:
-  PartFinder(const PlanarScan& scan, const Rigid2& T_map_laser, const Costmap& costmap, const RecentSpace& recent)
-      : scan_(scan), T_map_laser_(T_map_laser), costmap_(costmap), recent_(recent) {}
+  PartFinder(const PlanarScan& scan, const Rigid2& T_map_laser, const Costmap& costmap, const RecentSpace& recent,
+             const std::vector<Eigen::Vector2d>& walkers)
+      : scan_(scan), T_map_laser_(T_map_laser), costmap_(costmap), recent_(recent), walkers_(walkers) {}
 
   Returns Find() {
     for (std::size_t i = 0; i < scan_.ranges.size(); ++i) {
@@ -73,10 +75,17 @@ class PartFinder {
       returns_.unexplained += points_.size();
       returns_.moving += static_cast<std::size_t>(moving);
       const bool small = (points_.front() - points_.back()).norm() <= kLeg;
-      if (small && 2 * static_cast<std::size_t>(moving) >= points_.size()) returns_.parts.push_back(Gathered());
+      const Part part = Gathered();
+      const bool moves = 2 * static_cast<std::size_t>(moving) >= points_.size() || IsOfAWalker(part.centre);
+      if (small && moves) returns_.parts.push_back(part);
     }
     points_.clear();
     beams_.clear();
+  }
+
+  bool IsOfAWalker(const Eigen::Vector2d& p_map) const {
+    return std::any_of(walkers_.begin(), walkers_.end(),
+                       [&p_map](const Eigen::Vector2d& walker) { return (walker - p_map).norm() <= kOfABody; });
   }
 
   Part Gathered() const {
@@ -89,6 +98,7 @@ class PartFinder {
   const Rigid2& T_map_laser_;
   const Costmap& costmap_;
   const RecentSpace& recent_;
+  const std::vector<Eigen::Vector2d>& walkers_;
   std::vector<Eigen::Vector2d> points_;
   std::vector<std::size_t> beams_;
   Returns returns_;
@@ -178,8 +188,8 @@ bool IsKept(const Track& track) {
 }  // namespace
 
 std::vector<Sighting> FindSightings(const PlanarScan& scan, const Rigid2& T_map_laser, const Costmap& costmap,
-                                    const RecentSpace& recent) {
-  const Returns returns = PartFinder(scan, T_map_laser, costmap, recent).Find();
+                                    const RecentSpace& recent, const std::vector<Eigen::Vector2d>& walkers) {
+  const Returns returns = PartFinder(scan, T_map_laser, costmap, recent, walkers).Find();
   const double share = static_cast<double>(returns.moving) / static_cast<double>(scan.ranges.size());
   if (share > kAllMoves) return {};
   std::vector<Sighting> sightings;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 namespace planar_vslam {
@@ -13,7 +14,13 @@ constexpr double kLongAgo = 1.0;        // s: steps since then are those that ar
 constexpr double kBeside = 0.4;         // m from an old step,
 constexpr double kUnlike = 0.5;         // m/s and of another velocity: not the same way
 constexpr double kForgetsOffset = 2.0;  // s, until what somebody is beside the old way is down to 1 / e
-constexpr double kBody = 0.2;           // m: people pass obstacles so closely
+// Of people who walk to and fro.
+constexpr double kShortestPeriod = 3.0, kLongestPeriod = 30.0, kPeriodStep = 0.1;  // s
+constexpr double kRecent = 25.0;                                                   // s whose steps are compared
+constexpr double kCompared = 0.6;                                                  // of a period, at least
+constexpr double kUnsteady = 0.25;  // m between places of two passes: not the same way in the same time
+constexpr int kPasses = 3;          // that are averaged
+constexpr double kBody = 0.2;       // m: people pass obstacles so closely
 
 // A place on an old way: between steps[index] and the next one.
 struct Place {
@@ -70,6 +77,34 @@ std::optional<Footstep> Later(const Place& place, double seconds) {
   return Between(steps[i], steps[i + 1], (time - steps[i].time) / (steps[i + 1].time - steps[i].time));
 }
 
+// At a time (s); none where it was not seen.
+std::optional<Eigen::Vector2d> PlaceAt(const Trail& trail, double time) {
+  const auto later = std::lower_bound(trail.steps.begin(), trail.steps.end(), time,
+                                      [](const Footstep& step, double t) { return step.time < t; });
+  if (later == trail.steps.begin() || later == trail.steps.end()) return std::nullopt;
+  const Footstep &a = *std::prev(later), &b = *later;
+  if (b.time - a.time > kGap) return std::nullopt;
+  return Between(a, b, (time - a.time) / (b.time - a.time)).motion.position;
+}
+
+// Root mean square distance (m) of the last steps from where the walker was `period` (s) before; infinity where too few
+// of them were seen both times.
+double Unsteadiness(const Trail& trail, double period) {
+  const double now = trail.steps.back().time, first = std::max(trail.steps.front().time + period, now - kRecent);
+  if (now - first < kCompared * period) return std::numeric_limits<double>::infinity();
+  double sum = 0.0;
+  int count = 0, steps = 0;
+  for (auto step = trail.steps.rbegin(); step != trail.steps.rend() && step->time >= first; ++step) {
+    const std::optional<Eigen::Vector2d> before = PlaceAt(trail, step->time - period);
+    ++steps;
+    if (!before.has_value()) continue;
+    sum += (*before - step->motion.position).squaredNorm();
+    ++count;
+  }
+  const bool enough = count >= 20 && 2 * count >= steps;
+  return enough ? std::sqrt(sum / count) : std::numeric_limits<double>::infinity();
+}
+
 Motion StraightOn(const Motion& motion, const Costmap& costmap, double period) {
   Motion next{motion.position + period * motion.velocity, motion.velocity};
   const bool leaves_free_space =
@@ -96,6 +131,40 @@ std::vector<Trail> ExtendTrails(std::vector<Trail> trails, const std::vector<Tra
   trails.erase(std::remove_if(trails.begin(), trails.end(), [](const Trail& t) { return t.steps.empty(); }),
                trails.end());
   return trails;
+}
+
+std::optional<Rhythm> RhythmOf(const Trail& trail) {
+  if (trail.steps.empty()) return std::nullopt;
+  double best = kUnsteady, period = 0.0;
+  for (double tried = kShortestPeriod; tried <= kLongestPeriod; tried += kPeriodStep) {
+    // Twice the time is as steady: the shorter one counts.
+    const double unsteadiness = Unsteadiness(trail, tried);
+    if (unsteadiness >= best || (period > 0.0 && tried > 1.5 * period)) continue;
+    best = unsteadiness;
+    period = tried;
+  }
+  if (period <= 0.0) return std::nullopt;
+  for (double step = 0.5 * kPeriodStep; step > kPeriodStep / 10.0; step *= 0.5) {
+    const double shorter = Unsteadiness(trail, period - step), longer = Unsteadiness(trail, period + step);
+    if (std::min(shorter, longer) < best) period += shorter < longer ? -step : step;
+    best = std::min({best, shorter, longer});
+  }
+  return Rhythm{trail.walker, period};
+}
+
+std::optional<Eigen::Vector2d> PlaceInRhythm(const Trail& trail, const Rhythm& rhythm, double time) {
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  int count = 0;
+  const double last = trail.steps.back().time, passed = std::ceil((time - last) / rhythm.period);
+  for (double before = time - std::max(1.0, passed) * rhythm.period;
+       before > trail.steps.front().time && count < kPasses; before -= rhythm.period) {
+    const std::optional<Eigen::Vector2d> place = PlaceAt(trail, before);
+    if (!place.has_value()) continue;
+    sum += *place;
+    ++count;
+  }
+  if (count == 0) return std::nullopt;
+  return sum / count;
 }
 
 std::vector<Motion> ForeseeWay(const Motion& now, double time, const std::vector<Trail>& trails, const Costmap& costmap,

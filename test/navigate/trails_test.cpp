@@ -56,6 +56,26 @@ TEST(Trails, WhoComesBackTurnsWhereTheyTurned) {
   }
 }
 
+TEST(Trails, WhoWalksToAndFroSteadilyHasARhythm) {
+  const Walker walker{{3.0, 3.0}, {6.0, 3.0}, 0.75, 0.0};
+  const std::vector<Trail> trails = TrailsOf(walker, 40.0);
+  const auto rhythm = RhythmOf(trails.front());
+  ASSERT_TRUE(rhythm.has_value());
+  EXPECT_NEAR(rhythm->period, 8.0, 0.05);
+  for (double time = 40.5; time < 60.0; time += 0.5) {
+    const auto place = PlaceInRhythm(trails.front(), *rhythm, time);
+    ASSERT_TRUE(place.has_value());
+    EXPECT_LT((*place - walker.At(time)).norm(), 0.1) << time;
+  }
+}
+
+TEST(Trails, WhoWasNotSeenForLongEnoughHasNoRhythm) {
+  const Walker walker{{3.0, 3.0}, {6.0, 3.0}, 0.75, 0.0};
+  EXPECT_FALSE(RhythmOf(TrailsOf(walker, 9.0).front()).has_value());
+  const Walker straight{{1.0, 3.0}, {50.0, 3.0}, 0.75, 0.0};
+  EXPECT_FALSE(RhythmOf(TrailsOf(straight, 60.0).front()).has_value());
+}
+
 TEST(Trails, TheOtherDirectionIsAnotherWay) {
   const Walker walker{{3.0, 3.0}, {6.0, 3.0}, 0.75, 0.0};
   const Costmap costmap = Hall();

@@ -11,6 +11,7 @@ struct Foresight {
   static constexpr double kPeriod = 0.25;  // s
   // Of each person who walks, map, m: now, one period later and so on; all of the same length.
   std::vector<std::vector<Eigen::Vector2d>> people;
+  bool steady = true;  // all walk in a rhythm that is known
 
   bool empty() const { return people.empty(); }
   int count() const { return people.empty() ? 0 : static_cast<int>(people.front().size()); }
@@ -23,6 +24,8 @@ struct Risk {
   double rate = 0.0;
   bool contact() const { return rate >= kContact; }
 };
+// From the body with its axis at `p_map` to the nearest of them after `time` (s), m; negative inside.
+double GapAt(const Foresight& foresight, const NavigateOptions& options, const Eigen::Vector2d& p_map, double time);
 Risk RiskAt(const Foresight& foresight, const NavigateOptions& options, const Eigen::Vector2d& p_map, int step);
 
 }  // namespace planar_vslam

@@ -15,9 +15,10 @@ struct Sighting {
 };
 
 // In a sweep of the laser at `T_map_laser`. Returns beside the map's own obstacles do not count, nor those in places
-// that were not seen free before. Nothing where so much moves at once that it is the pose in the map that moved.
+// that were not seen free before, but for those at `walkers`: where people who walk are expected, who may come back to
+// where they just were. Nothing where so much moves at once that it is the pose in the map that moved.
 std::vector<Sighting> FindSightings(const PlanarScan& scan, const Rigid2& T_map_laser, const Costmap& costmap,
-                                    const RecentSpace& recent);
+                                    const RecentSpace& recent, const std::vector<Eigen::Vector2d>& walkers = {});
 
 struct Motion {
   Eigen::Vector2d position = Eigen::Vector2d::Zero();  // map, m
