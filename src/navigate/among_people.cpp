@@ -24,6 +24,7 @@ SpeedProblem ProblemOf(const Intention& intention, const NavigateOptions& option
   problem.delay = intention.turn == 0.0 ? 0.0 : TurnTime(options, std::abs(intention.turn));
   problem.beyond = intention.beyond;
   problem.hold = intention.hold;
+  problem.gaps_out = intention.gaps_out;
   return problem;
 }
 

@@ -15,6 +15,8 @@ constexpr int kLevels = 5;  // of speed, from 0 to the highest
 constexpr double kStandsInTheWay = 0.5;  // s, what a second costs where people walk at times
 constexpr double kLate = 0.02;           // s, what a second costs more for each second of driving that is left then:
                                          // of two ways to be somewhere in the end, the one that is nearer earlier
+constexpr double kCaught = 40.0;         // s, that somebody walks into it when it leaves the goal
+constexpr double kGapOut = 0.03;         // m, then, at least
 constexpr double kNearTheGoal = 1.5;     // s of driving
 constexpr double kEndsInTheWay = 4.0;    // s, likewise to be there when foresight ends
 
@@ -69,7 +71,13 @@ class Planner {
     double cost = 0.0;
     const int end = t + static_cast<int>(std::ceil(problem_.hold / Foresight::kPeriod));
     for (int k = t; k < end && k <= steps_; ++k) cost += Foresight::kPeriod * Rate(k, s);
-    return cost;
+    return cost + (IsCaught(end) ? kCaught : 0.0);
+  }
+
+  // Whether somebody walks into a robot that leaves the goal then, whatever way it takes.
+  bool IsCaught(int t) const {
+    const std::vector<double>& gaps = problem_.gaps_out;
+    return !gaps.empty() && gaps[std::min(Index(t), gaps.size() - 1)] < kGapOut;
   }
 
   void Choose(int t, int s, int level) {
@@ -114,6 +122,10 @@ class Planner {
         for (int k = t + 1; k < std::min(end, steps_) && !plan.contact; ++k) {
           plan.contact = Rate(k, s) >= Risk::kContact;
           plan.contact_in = k * Foresight::kPeriod;
+        }
+        if (!plan.contact && IsCaught(end)) {
+          plan.contact = true;
+          plan.contact_in = end * Foresight::kPeriod;
         }
         break;
       }

@@ -73,6 +73,17 @@ TEST(People, AGoalWithoutTimeInBetweenIsGivenUp) {
   EXPECT_GT(plane.least_gap, 0.0);
 }
 
+TEST(People, AGoalInALaneIsVisitedAndLeftAgainInTime) {
+  Plane plane(NavigateOptions(), Room(8.0, 5.0), Room(8.0, 5.0), Rigid2(1.0, 2.5, 0.0));
+  plane.people = {{{kLane, 0.6}, {kLane, 4.4}, 0.6, 0.0}};
+  const NavigatorOutput in = plane.DriveTo(Rigid2(kLane + 0.3, 2.0, M_PI), 150.0);
+  EXPECT_EQ(in.state, GoalState::kReached) << in.text;
+  Watch(&plane, 1.3);  // until it is sent elsewhere
+  const NavigatorOutput out = plane.DriveTo(Rigid2(1.0, 2.5, 0.0), 120.0);
+  EXPECT_EQ(out.state, GoalState::kReached) << out.text;
+  EXPECT_GT(plane.least_gap, 0.0);
+}
+
 TEST(People, ARobotInALaneGetsOutOfItAndBehindWhoComes) {
   Plane plane(NavigateOptions(), Room(8.0, 9.0), Room(8.0, 9.0), Rigid2(kLane, 2.0, M_PI_2));
   plane.people = {{{kLane, 8.4}, {kLane, 0.6}, 0.5, 0.0}};

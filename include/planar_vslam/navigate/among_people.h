@@ -14,6 +14,7 @@ struct Intention {
   double beyond = 0.0;                // m from there to the goal
   double turn = 0.0;                  // rad that it turns in place first
   double hold = 0.0;                  // s that it will stand at the goal
+  std::vector<double> gaps_out;       // as a speed problem has it
 };
 
 enum class PeopleAction { kNone, kWait, kGiveWay };

@@ -10,6 +10,7 @@
 #include "planar_vslam/navigate/people_watch.h"
 #include "planar_vslam/navigate/recovery.h"
 #include "planar_vslam/navigate/supervisor.h"
+#include "planar_vslam/navigate/visit.h"
 
 namespace planar_vslam {
 
@@ -57,6 +58,14 @@ class Navigator {
   // What driving alone gave, adapted to people who walk.
   NavigatorOutput AmongPeople(const NavigatorInput& input, const Surroundings& surroundings, NavigatorOutput output);
   Intention IntentionOf(const NavigatorInput& input, const PlaneVelocity& wanted) const;
+  // Where the robot is to drive: the goal, or where it waits beside people's way until it can visit the goal.
+  const Rigid2& Target() const { return visit_.has_value() ? visit_->T_map_wait : *T_map_goal_; }
+  bool IsWaiting() const { return visit_.has_value() && control_.state == ControlState::kArrived; }
+  void SeekVisit(const NavigatorInput& input);
+  void BeginVisit(std::optional<Visit> visit, double time);
+  Foresight ForeseeVisit(double time) const;
+  bool MayGoIn(const NavigatorInput& input) const;
+  std::optional<NavigatorOutput> GoIn(const NavigatorInput& input, const Surroundings& surroundings);
   NavigatorOutput OnBlocked(const NavigatorInput& input, const std::string& reason);
   NavigatorOutput Finish(GoalState state, std::string text);
   NavigatorOutput Stand(std::string text);
@@ -79,6 +88,11 @@ class Navigator {
   Control control_;                                           // the last
   double nearest_ = 0.0;                                      // m of way that were left, at least
   std::optional<double> kept_since_;                          // s, by people, from getting nearer
+  std::optional<Visit> visit_;                                // to the goal, where people walk over it
+  bool visiting_ = false;                                     // it is on its way in
+  int doubts_ = 0;                                            // steps in a row there that foresaw a contact
+  std::optional<double> sought_at_;                           // s, a visit
+  double seen_at_ = 0.0;                                      // s, somebody who walks
   bool arrived_ = false;                                      // by a pose that may have to be confirmed yet
   std::string no_plan_;                                       // why the last plan failed; empty: it did not
   std::optional<double> planned_at_, swept_at_, stepped_at_;  // s

@@ -17,6 +17,8 @@ struct SpeedProblem {
   double delay = 0.0;                 // s, before it can move along the path: it turns
   double beyond = 0.0;                // m to the goal behind the end of `path`; 0: it ends there
   double hold = 0.0;                  // s that it will stand at the goal
+  std::vector<double> gaps_out;       // m to whoever comes by when it leaves the goal, so many periods from now; empty:
+                                      // nobody comes near the goal
 };
 
 struct SpeedPlan {
