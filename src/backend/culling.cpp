@@ -70,8 +70,8 @@ MapEdit CullKeyframes(const Map& map, KeyframeId newest, const MapperOptions& op
       return CulledKeyframe::Neighbor{entry.first, other.T_map_base.Inverse() * keyframe.T_map_base,
                                       other.T_base_camera};
     };
-    culled->push_back(
-        {id, beside(*map.keyframes.Before(id)), beside(*map.keyframes.After(id)), keyframe.T_base_camera});
+    culled->push_back({id, beside(*map.keyframes.Before(id)), beside(*map.keyframes.After(id)), keyframe.T_base_camera,
+                       keyframe.moment});
     edit.emplace_back(EraseKeyframe{id});
     break;  // one a keyframe: the next one's redundancy depends on this one being gone
   }

@@ -49,7 +49,7 @@ Initializer::Initializer(const InitializerOptions& options, const MeasurementMod
 InitializerReport Initializer::Restart(const InitializerInput& input, std::string reason) {
   first_.reset();
   if (static_cast<int>(input.features->keypoints.size()) >= options_.min_features) {
-    first_ = First{input.stamp, input.features, input.T_base_camera, {}};
+    first_ = First{input.stamp, input.features, input.T_base_camera, {}, input.moment};
   }
   return {std::nullopt, std::move(reason)};
 }
@@ -152,10 +152,12 @@ InitializerReport Initializer::Finish(const InitializerInput& input, const Rigid
   map.metric = metric;
   const KeyframeId id1{0}, id2{1};
   Keyframe k1{first_->stamp, Rigid3(), first_->T_base_camera, first_->features, {}, {}};
+  k1.moment = first_->moment;
   k1.landmarks.resize(first_->features->keypoints.size());
   Keyframe k2{
       input.stamp, k1.T_base_camera * T_c1_c2 * input.T_base_camera.Inverse(), input.T_base_camera, input.features, {},
       {}};
+  k2.moment = input.moment;
   k2.landmarks.resize(input.features->keypoints.size());
   if (first_->odometry.seconds > 0.0)
     k2.odometry_link = MotionLink{id1, OverWholeMotion(first_->odometry, bundle_.odometry_noise)};

@@ -81,6 +81,20 @@ void Tracker::OnMapScaled(const Map& map, double scale) {
   last_->velocity.reset();
 }
 
+void Tracker::OnImageOffset(const Map& map, const Rigid3& reference_shift, const Rigid3& shift) {
+  if (!last_.has_value()) return;
+  last_->T_ref_base = reference_shift * last_->T_ref_base * shift.Inverse();
+  last_->T_map_ref = map.keyframes.Contains(last_->reference) ? last_->ReferencePose(map)
+                                                              : last_->T_map_ref * reference_shift.Inverse();
+  last_->T_base_camera = shift * last_->T_base_camera;
+  last_->anchor.reset();
+  last_->velocity.reset();
+}
+
+std::optional<KeyframeId> Tracker::reference() const {
+  return last_.has_value() ? std::optional(last_->reference) : std::nullopt;
+}
+
 void Tracker::OnKeyframe(const Map& map, KeyframeId keyframe, const Rigid3& T_keyframe_last) {
   if (!last_.has_value()) return;
   const Keyframe& k = map.keyframes.At(keyframe);

@@ -39,6 +39,7 @@ class Editor {
   void operator()(const EraseOdometryLink& step);
   void operator()(const CorrectOdometryLinks& step);
   void operator()(const SetKeyframePose& step);
+  void operator()(const SetImageOffset& step);
   void operator()(const SetOffFloor& step);
   void operator()(const SetLandmarkPosition& step);
   void operator()(const CountSightings& step);
@@ -286,6 +287,20 @@ void Editor::operator()(const SetKeyframePose& step) {
   IndexMove(&map_, step.id, T_map_base_before, T_map_camera_before);
   for (const LandmarkId id : keyframe->landmarks) {
     if (id.valid()) moved_.push_back(id);
+  }
+}
+
+void Editor::operator()(const SetImageOffset& step) {
+  for (const KeyframeId id : map_.keyframes.Ids()) {
+    const ImageMoment& moment = map_.keyframes.At(id).moment;
+    if (moment.velocity.isZero(0.0) || moment.offset == step.offset) continue;
+    Keyframe& keyframe = map_.keyframes.Edit(id);
+    const Rigid3 T_map_base_before = keyframe.T_map_base, T_map_camera = keyframe.T_map_camera();
+    const Rigid3 shift = MountShift(keyframe.moment, step.offset);
+    keyframe.T_base_camera = shift * keyframe.T_base_camera;
+    keyframe.T_map_base = T_map_base_before * shift.Inverse();
+    keyframe.moment.offset = step.offset;
+    IndexMove(&map_, id, T_map_base_before, T_map_camera);
   }
 }
 

@@ -28,8 +28,8 @@ std::vector<RecordedFrame> EarlyFrames::TakeForNewMap(const Map& map) {
     const bool is_first = frame.stamp == first_keyframe.stamp, is_second = frame.stamp == second_keyframe.stamp;
     if (!map.metric && !is_first && !is_second) continue;
     const Rigid3 T_first_frame = is_first ? Rigid3() : Embed3(T_start_first.Inverse() * T_start_frame);
-    placed.push_back(
-        {frame.stamp, is_second ? second : first, is_second ? Rigid3() : T_first_frame, frame.T_base_camera});
+    placed.push_back({frame.stamp, is_second ? second : first, is_second ? Rigid3() : T_first_frame,
+                      frame.T_base_camera, false, frame.moment});
   }
   return placed;
 }
@@ -41,7 +41,7 @@ std::vector<RecordedFrame> EarlyFrames::TakeBefore(const RecordedFrame& recognis
   for (std::size_t i = frames.size(); metric && i-- > 1 && frames[i].step.has_value();) {
     T_now_frame = T_now_frame * frames[i].step->T_i_j.Inverse();
     placed.push_back({frames[i - 1].stamp, recognised.reference, recognised.T_ref_base * Embed3(T_now_frame),
-                      frames[i - 1].T_base_camera});
+                      frames[i - 1].T_base_camera, false, frames[i - 1].moment});
   }
   std::reverse(placed.begin(), placed.end());
   return placed;

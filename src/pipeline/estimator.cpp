@@ -143,6 +143,10 @@ void Estimator::WatchClock(const FramePacket& packet, const TrackedFrame& frame)
   if (frame.track.jumped) input_->clock.Forget();
   input_->synchronizer.SetImageOffset(input_->clock.offset());
   session_->report.image_offset = input_->clock.learned();
+  constexpr double kWorth = 3e-3;  // s, a fifth of a degree in a fast turn
+  if (session_->mapping != nullptr && input_->clock.certain()) {
+    session_->mapping->FollowImageOffset(input_->clock.offset().value, kWorth);
+  }
 }
 
 // Passes the changes of the map on to localization and report.
@@ -155,7 +159,7 @@ void Estimator::FollowMap(bool wait, StageTimes* times) {
     session_->Count(change, settings_.options.scale.max_sigma);
     if (change.joined.has_value()) EndOn(retiring_.get(), std::move(session_->known));
     if (change.wheels.has_value()) input_->corrector.Take(*change.wheels);
-    if (change.loop.has_value() || change.joined.has_value()) input_->clock.Forget();
+    if (change.loop.has_value() || change.joined.has_value() || change.image_offset.has_value()) input_->clock.Forget();
     times->insert(times->end(), change.times.begin(), change.times.end());
   }
   if (!changes.empty()) times->push_back({"frame.follow_map", following.Milliseconds()});
@@ -168,9 +172,13 @@ void Estimator::WaitForMap() {
 }
 
 Expected<bool> Estimator::Finish() {
+  constexpr double kWorth = 1e-3;  // s
+  const bool adjust = settings_.options.final_bundle_adjustment;
+  if (session_->mapping != nullptr && adjust) {
+    session_->mapping->FollowImageOffset(input_->clock.offset().value, kWorth);
+  }
   WaitForMap();
   if (session_->mapping == nullptr) return true;
-  const bool adjust = settings_.options.final_bundle_adjustment;
   Expected<MapChange> finished = session_->mapping->Finish(session_->localization->trajectory(), adjust);
   if (!finished.ok()) {
     FollowSweeps();

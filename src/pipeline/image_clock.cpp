@@ -122,6 +122,7 @@ void ImageClock::Weigh(double variance) {
   const double none = Likelihood(estimate, variance), some = Likelihood(estimate, variance + prior);
   if (!(none + some > 0.0)) return;
   const double probability = some / (some + none), mean = estimate * prior / (prior + variance);
+  probability_ = probability;
   constexpr double kSure = 0.9;
   const double sure = offset_.value == 0.0 ? kSure : 0.5;  // what is applied is not taken back at once
   const double value = probability > sure ? std::clamp(mean, -kFarthest, kFarthest) : 0.0;

@@ -46,6 +46,10 @@ std::optional<Eigen::Vector3d> VelocityAt(const FramePacket& packet) {
   return Eigen::Vector3d(LogSe2(before->T_odom_base.Inverse() * last.T_odom_base) / seconds);
 }
 
+ImageMoment MomentOf(const FramePacket& packet) {
+  return {VelocityAt(packet).value_or(Eigen::Vector3d::Zero()), packet.image_offset.value};
+}
+
 FrameFeaturesPtr ImageTiming::Straightened(FrameFeaturesPtr features, const FramePacket& packet) const {
   if (options_.readout == 0.0) return features;
   const std::optional<Eigen::Vector3d> velocity = VelocityAt(packet);

@@ -54,6 +54,7 @@ void Localization::GoOnFrom(const Rigid3& T_map_base, const Matrix6d& covariance
 }
 
 void Localization::Follow(const MapChange& change) {
+  if (change.image_offset.has_value()) FollowImages(change);
   known_.map = change.map;
   trajectory_.OnCulled(change.keyframes_culled);
   if (change.keyframe.has_value()) {
@@ -71,6 +72,16 @@ void Localization::Follow(const MapChange& change) {
   last_.T_map_base = tracker_.LastPose(*known_.map).value_or(last_.T_map_base);
   if (change.accuracy.has_value()) known_.accuracy = change.accuracy;
   if (change.wheels.has_value()) known_.wheel_noise = change.wheels->noise;
+}
+
+// Before the map is taken over: shifts are from what its images had.
+void Localization::FollowImages(const MapChange& change) {
+  const double offset = *change.image_offset;
+  if (const std::optional<KeyframeId> reference = tracker_.reference()) {
+    tracker_.OnImageOffset(*change.map, trajectory_.ShiftOf(*known_.map, *reference, offset),
+                           trajectory_.ShiftOfLast(offset));
+  }
+  trajectory_.OnImageOffset(*known_.map, offset);
 }
 
 TrackedFrame Localization::Locate(const FramePacket& packet, KeyframeSlot slot, FrameReport* report,
@@ -111,9 +122,10 @@ void Localization::CheckSlip(const FramePacket& packet, PlanarMotion* step, Fram
 
 std::shared_ptr<const Map> Localization::Initialize(const FramePacket& packet, TrackedFrame* frame,
                                                     FrameReport* report) {
-  beginning_.early.Add({packet.image.stamp, packet.T_base_camera, frame->step});
+  const ImageMoment moment = MomentOf(packet);
+  beginning_.early.Add({packet.image.stamp, packet.T_base_camera, frame->step, moment});
   InitializerReport initial =
-      beginning_.initializer.Add({packet.image.stamp, frame->features, packet.T_base_camera, frame->step});
+      beginning_.initializer.Add({packet.image.stamp, frame->features, packet.T_base_camera, frame->step, moment});
   report->waiting_for = initial.waiting_for;
   if (!initial.map.has_value()) return nullptr;
   if (beginning_.below != nullptr) initial.map = RenumberedAbove(*beginning_.below, *initial.map);
@@ -175,7 +187,9 @@ void Localization::Track(const FramePacket& packet, KeyframeSlot slot, TrackedFr
     report->state = TrackingState::kInitializing;
     report->waiting_for = "a view that the saved map knows";
   }
-  if (!was_localized) beginning_.early.Add({packet.image.stamp, packet.T_base_camera, frame->step});
+  if (!was_localized) {
+    beginning_.early.Add({packet.image.stamp, packet.T_base_camera, frame->step, MomentOf(packet)});
+  }
   if (track.status == TrackingState::kLost) {
     slew_.Forget();
     return;
@@ -253,8 +267,12 @@ CameraView Localization::ViewOf(const FramePacket& packet, const TrackedFrame& f
 
 void Localization::Record(const FramePacket& packet, bool was_localized, TrackedFrame* frame) {
   const TrackResult& track = frame->track;
-  const RecordedFrame recorded{packet.image.stamp, track.reference, track.T_ref_base, packet.T_base_camera,
-                               track.status == TrackingState::kOdometry};
+  const RecordedFrame recorded{packet.image.stamp,
+                               track.reference,
+                               track.T_ref_base,
+                               packet.T_base_camera,
+                               track.status == TrackingState::kOdometry,
+                               MomentOf(packet)};
   if (!was_localized) {
     for (const RecordedFrame& early : beginning_.early.TakeBefore(recorded, known_.map->metric)) trajectory_.Add(early);
   }

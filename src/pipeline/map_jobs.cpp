@@ -76,6 +76,13 @@ MapChange Scaled(const Map& snapshot, double log_scale, Timestamp stamp, const S
   return change;
 }
 
+MapChange WithImageOffset(const Map& snapshot, double offset) {
+  MapChange change;
+  change.map = std::make_shared<const Map>(Apply(snapshot, {::planar_vslam::SetImageOffset{offset}}));
+  change.image_offset = offset;
+  return change;
+}
+
 MeasurementModel WithIterations(MeasurementModel model, int max_iterations) {
   model.options.max_iterations = max_iterations;
   return model;
@@ -153,7 +160,8 @@ std::vector<MapChange> MapJobs::Collect(bool wait) {
         meetings_.clear();
         look_back_due_ = true;  // how well its poses are known in the frame of the known map
       }
-      if (change.scaled.has_value()) AdjustWholeMap(context_.mapper.model.options.max_iterations);
+      const bool moved = change.scaled.has_value() || change.image_offset.has_value();
+      if (moved) AdjustWholeMap(context_.mapper.model.options.max_iterations);
       changes.push_back(std::move(change));
     }
     if (searching_.has_value() && IsReady(*searching_, wait)) {
@@ -178,6 +186,11 @@ bool MapJobs::StartDue() {
   if (correction_.has_value() && !writing_.has_value()) {
     auto found = std::make_shared<const Found>(*std::exchange(correction_, std::nullopt));
     Write([this, found, now = map_] { return Correct(*found, now); }, true);
+    started = true;
+  }
+  if (image_offset_due_.has_value() && !busy()) {
+    const double offset = *std::exchange(image_offset_due_, std::nullopt);
+    Write([snapshot = map_, offset] { return WithImageOffset(*snapshot, offset); }, false);
     started = true;
   }
   const bool correcting = correction_.has_value() || (writing_.has_value() && writing_->corrects);

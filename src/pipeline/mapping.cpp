@@ -5,6 +5,8 @@
 #include <iterator>
 #include <utility>
 
+#include "planar_vslam/pipeline/image_timing.h"
+
 namespace planar_vslam {
 
 Mapping::Mapping(const MapJobsContext& context, std::shared_ptr<const Map> map, Schedule schedule, bool may_link,
@@ -54,6 +56,7 @@ void Mapping::Propose(const FramePacket& packet, TrackedFrame frame, const Traje
                        std::move(frame.track.matches.landmarks),
                        {},
                        frame.track.on_floor};
+  proposal.keyframe.moment = MomentOf(packet);
   if (since_keyframe_.has_value()) {
     proposal.odometry = OverWholeMotion(*since_keyframe_, context_.mapper.model.odometry_noise);
   }
@@ -98,6 +101,12 @@ void Mapping::TryScaleRecovery(const MapChange& change) {
   }
   if (!scale_missing_.empty() || jobs_.busy()) return;
   jobs_.MakeMetric(wanted > 0 ? std::log(now.track->scale) : now.fused->log_scale, change.keyframe->stamp);
+}
+
+void Mapping::FollowImageOffset(double offset, double worth) {
+  if (std::abs(offset - image_offset_) < worth) return;
+  image_offset_ = offset;
+  jobs_.SetImageOffset(offset);
 }
 
 int Mapping::FinalIterations() const {

@@ -95,6 +95,41 @@ void TrajectoryRecorder::OnScaled(const Map& map, double scale) {
   }
 }
 
+void TrajectoryRecorder::OnImageOffset(const Map& map, double offset) {
+  for (RecordedFrame& f : frames_) {
+    if (f.on_odometry) continue;
+    const Rigid3 shift = MountShift(f.moment, offset);
+    f.T_ref_base = ShiftOf(map, f.reference, offset) * f.T_ref_base * shift.Inverse();
+    if (f.next.has_value()) {
+      f.next->T_keyframe_base = ShiftOf(map, f.next->keyframe, offset) * f.next->T_keyframe_base * shift.Inverse();
+    }
+    f.T_base_camera = shift * f.T_base_camera;
+    f.moment.offset = offset;
+  }
+  std::map<KeyframeId, CulledKeyframe> shifted = culled_;
+  for (auto& [id, c] : shifted) {
+    const Rigid3 shift = MountShift(c.moment, offset);
+    for (CulledKeyframe::Neighbor* n : {&c.before, &c.after}) {
+      const Rigid3 neighbor_shift = ShiftOf(map, n->id, offset);
+      n->T_neighbor_culled = neighbor_shift * n->T_neighbor_culled * shift.Inverse();
+      n->T_base_camera = neighbor_shift * n->T_base_camera;
+    }
+    c.T_base_camera = shift * c.T_base_camera;
+    c.moment.offset = offset;
+  }
+  culled_ = std::move(shifted);
+}
+
+Rigid3 TrajectoryRecorder::ShiftOf(const Map& map, KeyframeId id, double offset) const {
+  if (const Keyframe* keyframe = map.keyframes.Find(id)) return MountShift(keyframe->moment, offset);
+  const auto culled = culled_.find(id);
+  return culled != culled_.end() ? MountShift(culled->second.moment, offset) : Rigid3();
+}
+
+Rigid3 TrajectoryRecorder::ShiftOfLast(double offset) const {
+  return frames_.empty() || frames_.back().on_odometry ? Rigid3() : MountShift(frames_.back().moment, offset);
+}
+
 Rigid3 TrajectoryRecorder::CameraOf(const Map& map, KeyframeId id) const {
   const auto culled = culled_.find(id);
   return culled != culled_.end() ? culled->second.T_base_camera : map.keyframes.At(id).T_base_camera;

@@ -209,6 +209,23 @@ TEST_F(MapEditTest, SetOffFloorTakesTheNamedOnesOffTheFloor) {
   EXPECT_FALSE(map_.keyframes.At(K(1)).on_floor);
 }
 
+TEST_F(MapEditTest, AnotherImageOffsetMovesBasesUnderTheirCameras) {
+  map_.keyframes.Edit(K(1)).moment = {Eigen::Vector3d(0.3, 0.0, 1.0), -0.01};
+  const Keyframe before = map_.keyframes.At(K(1)), still = map_.keyframes.At(K(0));
+  Change({SetImageOffset{-0.03}});
+  const Keyframe& after = map_.keyframes.At(K(1));
+  EXPECT_LT(LogSe3(before.T_map_camera().Inverse() * after.T_map_camera()).norm(), 1e-12);
+  // Taken 0.02 s earlier than thought: the base is that much farther on.
+  EXPECT_LT((LogSe2(ProjectToPlane(before.T_map_base.Inverse() * after.T_map_base)) - Eigen::Vector3d(0.006, 0.0, 0.02))
+                .norm(),
+            1e-9);
+  EXPECT_EQ(after.moment.offset, -0.03);
+  EXPECT_EQ(LogSe3(still.T_map_base.Inverse() * map_.keyframes.At(K(0)).T_map_base).norm(), 0.0);
+  const Rigid3 T_map_base = after.T_map_base;
+  Change({SetImageOffset{0.05}, SetImageOffset{-0.03}});
+  EXPECT_LT(LogSe3(T_map_base.Inverse() * map_.keyframes.At(K(1)).T_map_base).norm(), 1e-12);
+}
+
 TEST_F(MapEditTest, CountSightingsCountsRepeats) {
   Change({CountSightings{{L(2), L(0), L(2)}, {L(2)}}});
   EXPECT_EQ(map_.landmarks.At(L(2)).predicted_visible, 3U);

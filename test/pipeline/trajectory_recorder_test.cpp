@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "planar_vslam/map/map_edit.h"
 #include "support/synthetic_map.h"
 
@@ -123,6 +125,33 @@ TEST_F(TrajectoryRecorderTest, ScalesFramesOfCulledKeyframesToo) {
   Cull(KeyframeId{4});
   Cull(KeyframeId{3});
   ExpectPoses(Scale(2.5), 1e-6);
+}
+
+TEST_F(TrajectoryRecorderTest, CamerasStayWhereTheyAreWithAnotherImageOffset) {
+  constexpr double kOffset = -0.04;  // s
+  TrajectoryRecorder recorder;
+  const auto moment_at = [](double x) { return ImageMoment{Eigen::Vector3d(0.4, 0.0, std::sin(5.0 * x)), 0.0}; };
+  for (const auto& [id, keyframe] : world_.map.keyframes) map_.keyframes.Edit(id).moment = moment_at(0.25 * id.value);
+  std::vector<Rigid3> cameras;
+  std::vector<ImageMoment> moments;
+  for (int i = 0; i < 35; ++i) {
+    const double x = 0.05 * i + 0.01;
+    const KeyframeId reference{static_cast<std::uint32_t>(x / 0.25)};
+    const Rigid3 pose = test::SyntheticPose(x);
+    moments.push_back(moment_at(x));
+    recorder.Add({Timestamp::FromSeconds(0.1 * i), reference, world_.true_poses[reference.value].Inverse() * pose,
+                  world_.T_base_camera, false, moments.back()});
+    cameras.push_back(pose * world_.T_base_camera);
+  }
+  recorder.OnCulled({test::Culled(map_, KeyframeId{3})});
+  map_ = Apply(std::move(map_), {EraseKeyframe{KeyframeId{3}}});
+  recorder.OnImageOffset(map_, kOffset);
+  map_ = Apply(std::move(map_), {SetImageOffset{kOffset}});
+  const auto poses = recorder.Poses(map_);
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    const Rigid3 T_base_camera = MountShift(moments[i], kOffset) * world_.T_base_camera;
+    EXPECT_LT(LogSe3(cameras[i].Inverse() * poses[i].second * T_base_camera).norm(), 1e-9) << "frame " << i;
+  }
 }
 
 TEST_F(TrajectoryRecorderTest, TheFrameThatBecameAKeyframeFollowsIt) {

@@ -111,7 +111,7 @@ MapEdit RandomEditor::Write(int steps) {
 }
 
 MapEditStep RandomEditor::RandomStep() {
-  switch (RandomIndex(generator_, 17)) {
+  switch (RandomIndex(generator_, 18)) {
     case 0:
     case 1:
       return NewKeyframe();
@@ -148,6 +148,8 @@ MapEditStep RandomEditor::RandomStep() {
                            {{AnyKeyframe(), RandomOdometry(generator_)}, {AnyKeyframe(), RandomOdometry(generator_)}}};
     case 15:
       return SetOffFloor{{AnyKeyframe(), AnyKeyframe()}};
+    case 16:
+      return SetImageOffset{0.01 * RandomIndex(generator_, 5)};
     default: {
       if (alive_.empty()) return SetMetric{};
       const auto [keyframe, keypoints] = alive_[RandomIndex(generator_, alive_.size())];

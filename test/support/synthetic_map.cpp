@@ -152,7 +152,7 @@ CulledKeyframe Culled(const Map& map, KeyframeId id) {
     return CulledKeyframe::Neighbor{entry.first, entry.second.T_map_base.Inverse() * culled.T_map_base,
                                     entry.second.T_base_camera};
   };
-  return {id, beside(*map.keyframes.Before(id)), beside(*map.keyframes.After(id)), culled.T_base_camera};
+  return {id, beside(*map.keyframes.Before(id)), beside(*map.keyframes.After(id)), culled.T_base_camera, culled.moment};
 }
 
 Map Perturbed(const SyntheticWorld& world, double position_sigma, double angle_sigma, double point_sigma,

@@ -99,6 +99,7 @@ struct CulledKeyframe {
   KeyframeId id;
   Neighbor before, after;
   Rigid3 T_base_camera;
+  ImageMoment moment = {};
 };
 
 struct MappingReport {

@@ -56,6 +56,7 @@ struct InitializerInput {
   FrameFeaturesPtr features;
   Rigid3 T_base_camera;
   std::optional<PlanarMotion> odometry;  // since the last input
+  ImageMoment moment = {};
 };
 
 struct InitializerReport {
@@ -75,6 +76,7 @@ class Initializer {
     FrameFeaturesPtr features;
     Rigid3 T_base_camera;
     PlanarMotion odometry;  // from the first frame to the newest input
+    ImageMoment moment = {};
   };
   InitializerReport Restart(const InitializerInput& input, std::string reason);
   Rigid3 CameraMotionByOdometry(const InitializerInput& input) const;

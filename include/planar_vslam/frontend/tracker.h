@@ -203,6 +203,11 @@ class Tracker {
   const std::vector<Placement>& seen_places() const { return places_.seen(); }
   // The map was scaled as a whole: relative motions of the camera scale with it.
   void OnMapScaled(const Map& map, double scale);
+  // `map` has another image offset: the mounts shifted (image_moment.h) of the last frame, and of the keyframe that its
+  // pose is relative to.
+  void OnImageOffset(const Map& map, const Rigid3& reference_shift, const Rigid3& shift);
+  // What the pose of the last frame is relative to; nothing while the robot is not localized.
+  std::optional<KeyframeId> reference() const;
   // Tells that `keyframe` was made, T_keyframe_last (bases) ago: it becomes the reference.
   void OnKeyframe(const Map& map, KeyframeId keyframe, const Rigid3& T_keyframe_last);
 

@@ -10,6 +10,7 @@
 #include "planar_vslam/feature/features.h"
 #include "planar_vslam/geometry/rigid3.h"
 #include "planar_vslam/map/id.h"
+#include "planar_vslam/map/image_moment.h"
 #include "planar_vslam/map/keyframe_grid.h"
 #include "planar_vslam/planar/preintegration.h"
 #include "planar_vslam/sensor/measurements.h"
@@ -41,6 +42,7 @@ struct Keyframe {
   bool on_floor = true;                      // whether the floor prior may hold this pose (floor_monitor.h)
   std::vector<LaserSweep> sweeps = {};       // in the order they were added
   std::vector<MotionLink> laser_links = {};  // motion by matched sweeps, one an earlier keyframe, ascending
+  ImageMoment moment = {};                   // what T_base_camera hangs on; not saved
 
   // Derived, kept by Apply(): the later keyframes that hold a link from this one, ascending.
   std::vector<KeyframeId> linked_by = {};

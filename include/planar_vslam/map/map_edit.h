@@ -72,6 +72,11 @@ struct SetKeyframePose {
   KeyframeId id;
   Rigid3 T_map_base;
 };
+// All images were taken so many seconds after their stamps: where a keyframe's velocity is known, its base moves under
+// the camera (image_moment.h).
+struct SetImageOffset {
+  double offset = 0.0;
+};
 // The floor prior is withdrawn from keyframes that turned out not to have been on the floor.
 struct SetOffFloor {
   std::vector<KeyframeId> ids;
@@ -98,7 +103,7 @@ struct SetMetric {
 using MapEditStep =
     std::variant<AddKeyframe, AddLandmark, AddObservation, EraseObservation, EraseLandmarks, EraseKeyframe,
                  MergeLandmarks, AddSweeps, AddLaserLinks, EraseOdometryLink, CorrectOdometryLinks, SetKeyframePose,
-                 SetOffFloor, SetLandmarkPosition, CountSightings, TransformMap, SetMetric>;
+                 SetImageOffset, SetOffFloor, SetLandmarkPosition, CountSightings, TransformMap, SetMetric>;
 using MapEdit = std::vector<MapEditStep>;
 
 // Steps naming ids that no longer exist are passed over (the map may have moved on since the edit was made), except

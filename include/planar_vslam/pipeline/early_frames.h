@@ -13,6 +13,7 @@ struct EarlyFrame {
   Timestamp stamp;
   Rigid3 T_base_camera;
   std::optional<PlanarMotion> step;  // since the frame before
+  ImageMoment moment = {};
 };
 
 class EarlyFrames {

@@ -29,6 +29,8 @@ namespace planar_vslam {
 // The base's mean motion over the last 0.04 s before the packet's image, or the last reading where these are rarer,
 // [m/s, m/s, rad/s] in its own axes; none where odometry does not tell.
 std::optional<Eigen::Vector3d> VelocityAt(const FramePacket& packet);
+// Of the packet's image, as odometry tells.
+ImageMoment MomentOf(const FramePacket& packet);
 
 class ImageTiming {
  public:

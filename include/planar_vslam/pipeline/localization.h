@@ -56,6 +56,7 @@ class Localization {
   std::optional<Deviation> MissedReadout() const { return images_.timing.MissedReadout(); }
 
  private:
+  void FollowImages(const MapChange& change);
   std::shared_ptr<const Map> Initialize(const FramePacket& packet, TrackedFrame* frame, FrameReport* report);
   void Track(const FramePacket& packet, KeyframeSlot slot, TrackedFrame* frame, FrameReport* report);
   // Wheels that slip while a map grows and nothing is seen of it, as the laser tells.

@@ -27,7 +27,8 @@ struct MapChange {
   std::optional<JoinReport> joined;   // it became one with the known map; `in_map` is the follower's to say
   std::optional<MapScale> scale;      // how well its scale is known now
   std::optional<KeyframeAccuracy> accuracy;
-  std::optional<WheelErrors> wheels;  // what the wheels read wrong: its links are corrected by that now
+  std::optional<WheelErrors> wheels;   // what the wheels read wrong: its links are corrected by that now
+  std::optional<double> image_offset;  // s, of all its images now (SetImageOffset)
   int bundle_iterations = 0;
   std::string failure;  // of an adjustment, which left the map as it was
   StageTimes times;     // of the job

@@ -58,6 +58,8 @@ class MapJobs {
   void MakeMetric(double log_scale, Timestamp stamp);
   // As soon as the searcher is free.
   void AdjustWholeMap(int max_iterations);
+  // The map's images follow as soon as the writer is free (map_edit.h); it is adjusted as a whole next.
+  void SetImageOffset(double offset) { image_offset_due_ = offset; }
 
   // The changes since the last call, in their order; starts what has become due. `wait`: until nothing is left to do.
   std::vector<MapChange> Collect(bool wait);
@@ -109,6 +111,7 @@ class MapJobs {
   std::atomic<bool> hurry_{false};
   bool look_back_due_ = false;                   // a keyframe came that the searcher has not seen
   std::optional<int> adjust_due_;                // the whole map, with at most so many iterations
+  std::optional<double> image_offset_due_;       // s
   std::unique_ptr<Executor> searcher_, writer_;  // last: their jobs end before the rest goes
 };
 

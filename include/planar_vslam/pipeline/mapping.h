@@ -45,6 +45,9 @@ class Mapping {
   void Meet(const Meeting& meeting) { jobs_.Meet(meeting); }
   // The robot was put somewhere else: odometry does not lead on from the last keyframe.
   void BreakMotion() { since_keyframe_.reset(); }
+  // Images are taken so many seconds after their stamps, by what is known now: those in the map follow where they are
+  // off by `worth`, and the map is adjusted as a whole.
+  void FollowImageOffset(double offset, double worth);
   // Changes since the last call, in their order; `wait`: until nothing is left to do.
   std::vector<MapChange> Collect(bool wait);
   // At least as thoroughly as the map is adjusted in the end; as soon as the searcher is free.
@@ -66,7 +69,8 @@ class Mapping {
   SweepCollector sweeps_;
   ScaleGate scale_gate_;
   std::string scale_missing_;
-  MapJobs jobs_;  // last: its jobs end before the rest goes
+  double image_offset_ = 0.0;  // s, of the map's images
+  MapJobs jobs_;               // last: its jobs end before the rest goes
 };
 
 }  // namespace planar_vslam

@@ -26,6 +26,7 @@ struct RecordedFrame {
   Rigid3 T_ref_base;
   Rigid3 T_base_camera;
   bool on_odometry = false;  // no view told its pose
+  ImageMoment moment = {};
   std::optional<Next> next{};
 };
 
@@ -42,6 +43,12 @@ class TrajectoryRecorder {
   void OnCulled(const std::vector<CulledKeyframe>& culled);
   // The map was scaled: camera motion relative to the reference keyframes scales, extrinsics do not.
   void OnScaled(const Map& map, double scale);
+  // Images turned out to be taken `offset` after their stamps; `map` as it was before it followed (SetImageOffset).
+  // Frames on odometry alone go with their keyframes.
+  void OnImageOffset(const Map& map, double offset);
+  // How the mount of a keyframe shifts with that (image_moment.h), and that of the last frame.
+  Rigid3 ShiftOf(const Map& map, KeyframeId id, double offset) const;
+  Rigid3 ShiftOfLast(double offset) const;
   // T_map_base of every remembered frame in `map`.
   std::vector<std::pair<Timestamp, Rigid3>> Poses(const Map& map) const;
   // Frames are numbered from 0 as they are added. A keyframe of `map` and T_keyframe_base of the frame; nothing when it
