@@ -215,6 +215,7 @@ void Estimator::StartMapping(std::shared_ptr<const Map> map, bool may_link) {
   session_->mapping =
       std::make_unique<Mapping>(context, std::move(map), settings_.schedule, may_link, session_->report.wheels,
                                 session_->known != nullptr ? session_->known->map() : nullptr);
+  session_->mapping->StartWithImageOffset(input_->clock.offset().value);
 }
 
 bool Estimator::MayMapOnItsOwn() const {

@@ -45,6 +45,8 @@ class Mapping {
   void Meet(const Meeting& meeting) { jobs_.Meet(meeting); }
   // The robot was put somewhere else: odometry does not lead on from the last keyframe.
   void BreakMotion() { since_keyframe_.reset(); }
+  // What its first images were given.
+  void StartWithImageOffset(double offset) { image_offset_ = offset; }
   // Images are taken so many seconds after their stamps, by what is known now: those in the map follow where they are
   // off by `worth`, and the map is adjusted as a whole.
   void FollowImageOffset(double offset, double worth);
