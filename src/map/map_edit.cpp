@@ -301,6 +301,9 @@ void Editor::operator()(const SetImageOffset& step) {
     keyframe.T_map_base = T_map_base_before * shift.Inverse();
     keyframe.moment.offset = step.offset;
     IndexMove(&map_, id, T_map_base_before, T_map_camera);
+    for (const LandmarkId landmark : keyframe.landmarks) {  // the camera stays but for rounding
+      if (landmark.valid()) moved_.push_back(landmark);
+    }
   }
 }
 

@@ -162,6 +162,7 @@ MapEditStep RandomEditor::RandomStep() {
 
 MapEditStep RandomEditor::NewKeyframe() {
   AddKeyframe step{K(next_keyframe_++), RandomKeyframe(generator_, kKeypoints)};
+  step.keyframe.moment.velocity = {0.1 * RandomIndex(generator_, 4), 0.0, 0.5 * RandomIndex(generator_, 4)};
   if (generator_() % 4 != 0 && step.id.value > 0) {
     step.keyframe.odometry_link = MotionLink{AnyKeyframe(), RandomOdometry(generator_)};
     if (!(step.keyframe.odometry_link->from < step.id)) step.keyframe.odometry_link.reset();
